@@ -51,12 +51,12 @@ def crank(p: Parameters, name: str) -> Array:
 
 
 def slider(p: Parameters, name: str) -> Array:
-    """Slider on the ray of that name, which must be that of the undulation."""
+    """Place a slider on a ray through the undulation."""
     return slider_pair(np.cos(p[name]), np.sin(p[name]))
 
 
 def slide(p: Parameters, name: str) -> Array:
-    """Slide on the ray of that name, which must be that of the cuspidation."""
+    """Place a slide on a ray through the cuspidation."""
     return slide_pair(np.cos(p[name]), np.sin(p[name]))
 
 
@@ -82,7 +82,7 @@ def with_both(p: Parameters) -> Array:
 
 # -- conditions -----------------------------------------------------------------------------------------------------
 def inverse(derive: Derive) -> Derive:
-    """The same condition on the inverse motion."""
+    """Apply the condition to the inverse motion."""
 
     def derived(p: Parameters) -> Parameters:
         there = derive({**p, "kappa": -1 - p["kappa"]} if "kappa" in p else p)
@@ -118,26 +118,26 @@ def pseudo_undulation(p: Parameters) -> Parameters:
 
 
 def pseudo_undulation_slide(p: Parameters) -> Parameters:
-    """The same with a slide, t2 = -b: t1 + 1/t1 = 2 (a + b)."""
+    """Solve it with a slide, t2 = -b: t1 + 1/t1 = 2 (a + b)."""
     s = (2 * p["kappa"] + 1) * np.sin(2 * p["phi1"])
     return {"s": s, "phi2": np.arctan(-(p["kappa"] + 1) / s)}
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """phi1 + phi2 + phi3 + phi4 = 0, that is e1 = e3 (not in Allievi), solved by one angle for kappa and S."""
+    """Solve e1 = e3, a sum of angles of zero (not in Allievi), for kappa and S."""
     both, product = p["phi1"] + p["phi2"], np.tan(p["phi1"]) * np.tan(p["phi2"])
     kappa = 0.5 * (np.sin(both) / np.cos(p["chi"]) - 1)
     return {"kappa": kappa, "s": (np.sin(p["chi"]) - np.cos(both)) / (2 * product * np.cos(p["chi"]))}
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """The same with a slide: b = -t2, a = t1 t2 cot(2 phi1 + phi2)."""
+    """Solve e1 = e3 with a slide: b = -t2, a = t1 t2 cot(2 phi1 + phi2)."""
     t2 = np.tan(p["phi2"])
     return cubics(np.tan(p["phi1"]) * t2 / np.tan(2 * p["phi1"] + p["phi2"]), -t2)
 
 
 def fifth_order_both(p: Parameters) -> Parameters:
-    """The same with slider and slide: a b = 1."""
+    """Solve e1 = e3 with slider and slide: a b = 1."""
     a = np.tan(p["alpha"])
     return {**cubics(a, 1 / a), "phi1": -p["alpha"], "phi2": np.arctan(-1 / a)}
 
@@ -159,7 +159,7 @@ def double_undulation(first: int, second: int) -> Derive:
 
 
 def double_undulation_slide(p: Parameters) -> Parameters:
-    """The same with a slide (not in Allievi): b = 1/a, and a crank with t + 1/t = 2 (a + b)."""
+    """Solve six positions with a slide (not in Allievi): b = 1/a, a crank with t + 1/t = 2 (a + b)."""
     a = np.tan(p["alpha"])
     c = a + 1 / a
     return {**cubics(a, 1 / a), "phi1": np.arctan(c - np.sqrt(c * c - 1)), "phi2": np.arctan(-1 / a)}

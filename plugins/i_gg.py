@@ -116,7 +116,7 @@ def solve(posed: Posed) -> Array | None:
 
 
 def _by_symmetry(posed: Posed, start: Array) -> list[tuple[Array, Array]]:
-    """Return poles and ratios of the linkages whose fixed pivots stand symmetric to the axis, at +-w, height 0."""
+    """Solve for poles and ratios of linkages with fixed pivots symmetric to the axis, at +-w."""
     (one, two), axis = posed.pivots.T, posed.axis
     w, foot = 0.5 * np.abs(one - two), 0.5 * (one + two)
     both = mirror_images(start, axis, one, two)
@@ -134,15 +134,19 @@ def _by_symmetry(posed: Posed, start: Array) -> list[tuple[Array, Array]]:
 
 
 def _quintic(a: Array, b: Array, w: Array) -> Array:
-    """Coefficients, from the constant on, of (26) for cot(phi1) = -cot(phi2) in the height of the pole."""
+    """Return the ascending coefficients of (26) for cot(phi1) = -cot(phi2) in the pole's height."""
     one = np.ones_like(a)
     q, r, t = (np.stack(c, axis=-1) for c in ((0 * one, one), (a, -one), (b, -one)))
     d, e = (np.stack([sign * w * w, 0 * one, one], axis=-1) for sign in (1, -1))
     gap = (a - b)[:, None]
     parts = [
-        product(q, t, d, d), 4 * product(q, q, r, t, d), -gap * product(q, d, d), 2 * product(q, q, q, r, r, t),
-        product(q, e, r, r, t), -gap * product(e, r, d),
-    ]  # fmt: skip
+        product(q, t, d, d),
+        4 * product(q, q, r, t, d),
+        -gap * product(q, d, d),
+        2 * product(q, q, q, r, r, t),
+        product(q, e, r, r, t),
+        -gap * product(e, r, d),
+    ]
     return np.asarray(sum(np.pad(p, ((0, 0), (0, 7 - p.shape[1]))) for p in parts))[:, :6]
 
 

@@ -78,13 +78,17 @@ II_OOO = Series(
     source="Allievi 1895, sec. 14, sec. 26",
     members=[
         Member("general", "elliptic-trammel", [PHI, Parameter("phi2", PHI.domain, "ray of slider 2 [rad]")], trammel),
-        Member("isosceles", "slider-crank",
-               [Parameter("phi2", tuple(np.radians([(12, 78)]).tolist()), "ray of the slider [rad]")], isosceles,
-               weight=0.25),
+        Member(
+            "isosceles",
+            "slider-crank",
+            [Parameter("phi2", tuple(np.radians([(12, 78)]).tolist()), "ray of the slider [rad]")],
+            isosceles,
+            weight=0.25,
+        ),
     ],
     classify=classify,
     guided=guided,
-)  # fmt: skip
+)
 
 
 @hookimpl

@@ -76,7 +76,7 @@ def fifth_order(p: Parameters) -> Parameters:
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """The same with the slide for pair 2: the crank is perpendicular to the ray of [3]."""
+    """Solve it with a slide for pair 2: the crank is perpendicular to the ray of [3]."""
     return {"phi2": -p["psi"], "phi4": np.pi / 4 + p["psi"] / 2}
 
 

@@ -44,12 +44,12 @@ A_1 = Parameter("a1", ((-5.0, -0.2), (0.2, 5.0)), "rho0/r1, inverse length of cr
 
 
 def pivots(p: Parameters) -> Array:
-    """Crank 1 (for a1 = 0 a slider) along the pole tangent, its moving pivot at the pole; crank 3 on K."""
+    """Build crank 1 (a slider for a1 = 0) along the pole tangent, from the pole; crank 3 on K."""
     return linkage_of(tangent_pair(p["a1"]), tangent_circle_pair(1 / np.tan(p["psi"]), np.tan(p["phi3"])))
 
 
 def with_slide(p: Parameters) -> Array:
-    """Pair 1 along the pole tangent, and the slide through the point where K meets the return circle."""
+    """Build pair 1 along the pole tangent, and the slide through K on the return circle."""
     return linkage_of(tangent_pair(p["a1"]), slide_pair(np.cos(p["phi3"]), np.sin(p["phi3"])))
 
 
@@ -75,7 +75,7 @@ def pseudo_cuspidation(p: Parameters) -> Parameters:
 
 
 def pseudo_cuspidation_slider(p: Parameters) -> Parameters:
-    """The same with a slider: S = 1/sin(2 phi3)."""
+    """Solve it with a slider: S = 1/sin(2 phi3)."""
     return {"a1": 0 * p["phi3"], "psi": np.arctan(1 / np.sin(2 * p["phi3"]))}
 
 
@@ -91,7 +91,7 @@ def fifth_order(p: Parameters) -> Parameters:
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """The same with a slide for pair 3; [2] and [4] are perpendicular."""
+    """Solve it with a slide for pair 3; [2] and [4] are perpendicular."""
     return {"a1": 2 / np.tan(p["psi"]), "phi3": -p["psi"]}
 
 

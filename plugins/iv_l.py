@@ -88,7 +88,7 @@ def solve(posed: Posed) -> Array | None:
 
 
 def _plan(posed: Posed) -> tuple[Array, Array]:
-    """Return the coordinates of the given pivots along and across the axis, from the centre, shape (2, n) each."""
+    """Return the given pivots along and across the axis, from the centre, shape (2, n) each."""
     local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T
     return local.real, local.imag
 

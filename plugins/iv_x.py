@@ -34,7 +34,7 @@ X_4 = Parameter("x4", ((-5.0, -0.1), (0.1, 5.0)), "x4/y3, place of the slide (sl
 
 
 def slot(x: Array) -> Array:
-    """Point (x, 0) of the fixed plane, and the line of the moving plane through it, across the crank."""
+    """Return the fixed point (x, 0), and the coupler line through it."""
     return pair(point(x, 0 * x), point(1 + 0 * x, 0, 0))
 
 

@@ -1,8 +1,9 @@
-"""Guides for other programs: drawings to cut from, parameters by name, scripts, tables of the motion.
+"""Export guides: drawings of parts, named parameters, scripts, motion tables.
 
-`export` writes any guide that stands somewhere; `formats` says which formats there are.  `links` takes a guide apart,
-`outlines` makes parts of it, and each format has a module of its own.  Import `export` from the room.  It imports
-`kinematics` and `problem`, and asks the guide for its motion; what other packages a format needs is imported with it.
+`export` writes any placed guide; `formats` lists the formats.  `links` splits a guide into links,
+`outlines` makes parts of them, and each format has a module.  Import `export` from the room.  It
+imports `kinematics` and `problem`, and gets the motion from the guide; packages of a format are
+imported on use.
 """
 
 from .write import export

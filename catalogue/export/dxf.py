@@ -1,19 +1,19 @@
-"""A guide as a DXF drawing: the linkage in the position given, its path, its dimensions, and its parts to cut.
+"""A guide as a DXF drawing: linkage in the given position, path, dimensions, parts to cut.
 
-==============  ================================================================================================
-layer           what lies on it
-==============  ================================================================================================
-``FRAME``       the frame with the slots of sliders
-``LINKS``       cranks, blocks and the coupler with the slots of slides
-``PIVOTS``      holes of pivots and guided point, as circles
-``PATH``        the path of the guided point over the stroke, as a spline
-``DIMENSIONS``  lengths of the links
-``NAMES``       names of pivots and parts
-``CUT``         outlines, slots and holes of all parts, laid out beside the linkage; nothing is added for the tool
-==============  ================================================================================================
+==============
+================================================================================================
+layer           what lies on it ==============
+================================================================================================
+``FRAME``       the frame with the slots of sliders ``LINKS``       cranks, blocks and the coupler
+with the slots of slides ``PIVOTS``      holes of pivots and guided point, as circles ``PATH``
+the path of the guided point over the stroke, as a spline ``DIMENSIONS``  lengths of the links
+``NAMES``       names of pivots and parts ``CUT``         outlines, slots and holes of all parts,
+laid out beside the linkage; nothing is added for the tool ==============
+================================================================================================
 
-Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its pose.  The header
-names the unit; that of a guide without one is taken as millimetres, as the custom property ``UNIT`` then says.
+Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its
+pose.  The header names the unit; that of a guide without one is taken as millimetres, as the custom
+property ``UNIT`` then says.
 """
 
 from __future__ import annotations
@@ -38,14 +38,16 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: Codes of units in the header (`$INSUNITS`), and whether they are metric.
+#: Codes of units in the header (`$INSUNITS`), and the metric ones.
 UNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
 METRIC = ("mm", "cm", "m")
 #: Layers with their colours (AutoCAD's numbers; 7 is black or white).
 LAYERS = {"FRAME": 8, "LINKS": 5, "PIVOTS": 1, "PATH": 30, "DIMENSIONS": 3, "NAMES": 7, "CUT": 2}
-#: Height of letters and free space around things, over the size of the linkage.
-LETTER, SPACE = 0.018, 0.06
-#: Dimensions show so many digits of the longest length.
+#: Height of letters [size of the linkage].
+LETTER = 0.018
+#: Free space around parts [size of the linkage].
+SPACE = 0.06
+#: Digits of the longest length in dimensions.
 DIGITS = 6
 
 
@@ -124,9 +126,11 @@ def _path(space: Modelspace, links: Links) -> None:
     """Draw the path as the cubic spline through its points."""
     spline = cubic(links.knots, links.path)
     space.add_open_spline(
-        [(float(p[0]), float(p[1]), 0.0) for p in np.asarray(spline.c)], degree=3, knots=[float(t) for t in spline.t],
+        [(float(p[0]), float(p[1]), 0.0) for p in np.asarray(spline.c)],
+        degree=3,
+        knots=[float(t) for t in spline.t],
         dxfattribs={"layer": "PATH"},
-    )  # fmt: skip
+    )
 
 
 def _text(space: Modelspace, text: str, z: complex, height: float) -> None:
@@ -141,15 +145,28 @@ def _names(space: Modelspace, cut: list[Part], letter: float) -> None:
 
 
 def _dimensions(document: Drawing, guide: PlacedGuide, links: Links, letter: float) -> None:
-    """Draw the lengths of the links, beside them on the side that is farther from the middle of all."""
+    """Draw the lengths of the links beside them, on the outer side."""
     decimals = max(0, min(8, DIGITS - 1 - math.floor(math.log10(links.size))))
     style = document.dimstyles.new("GUIDE")
     document.header["$DIMSTYLE"] = "GUIDE"
     look: dict[str, Any] = {
-        "dimtxt": letter, "dimasz": letter, "dimexo": 0.5 * letter, "dimexe": 0.5 * letter, "dimgap": 0.4 * letter,
-        "dimdec": decimals, "dimtad": 1, "dimzin": 8, "dimdsep": ord("."), "dimtih": 0, "dimtoh": 0,
-        "dimscale": 1.0, "dimlfac": 1.0, "dimclrd": 0, "dimclre": 0, "dimclrt": 0,
-    }  # fmt: skip
+        "dimtxt": letter,
+        "dimasz": letter,
+        "dimexo": 0.5 * letter,
+        "dimexe": 0.5 * letter,
+        "dimgap": 0.4 * letter,
+        "dimdec": decimals,
+        "dimtad": 1,
+        "dimzin": 8,
+        "dimdsep": ord("."),
+        "dimtih": 0,
+        "dimtoh": 0,
+        "dimscale": 1.0,
+        "dimlfac": 1.0,
+        "dimclrd": 0,
+        "dimclre": 0,
+        "dimclrt": 0,
+    }
     for key, value in look.items():
         style.set_dxf_attrib(key, value)
         document.header[f"${key.upper()}"] = value  # what LibreCAD goes by
@@ -166,13 +183,16 @@ def _dimensions(document: Drawing, guide: PlacedGuide, links: Links, letter: flo
             away += 3 * letter
         lines.append((a + away * side, b + away * side))
         document.modelspace().add_aligned_dim(
-            _xy(a), _xy(b), distance=away if side == up else -away, dimstyle="GUIDE",
+            _xy(a),
+            _xy(b),
+            distance=away if side == up else -away,
+            dimstyle="GUIDE",
             dxfattribs={"layer": "DIMENSIONS"},
-        ).render()  # fmt: skip
+        ).render()
 
 
 def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
-    """Return whether two lines, if they are nearly parallel, are nearer than that and run side by side."""
+    """Tell whether two nearly parallel lines run side by side within a distance."""
     along = (one[1] - one[0]) / abs(one[1] - one[0])
     start, end = ((z - one[0]) * along.conjugate() for z in other)
     low, high = sorted((start.real, end.real))
@@ -186,7 +206,7 @@ def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: fl
 
 
 def _laid_out(space: Modelspace, cut: list[Part], levels: Levels, links: Links, letter: float) -> None:
-    """Lay the parts out in a column to the right of the linkage, with their names and levels; notes below."""
+    """Place the parts in a column right of the linkage, with names, levels and notes."""
     placed = [z for part in cut for z in part.edge.placed(part.link.origin, part.link.turn).points()]
     every = np.array([*placed, *links.path])
     gap = SPACE * links.size

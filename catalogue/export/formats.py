@@ -1,4 +1,4 @@
-"""What a guide can be exported as, and how a format is chosen."""
+"""Formats of an export, and their selection."""
 
 from __future__ import annotations
 
@@ -10,47 +10,55 @@ from pathlib import Path
 from ..errors import InvalidRequest, quoted
 from ..units import ASSUMED, ASSUMPTION, unit_or_none
 
-#: Formats of a guide, each with what it is.
+#: Description of each format.
 FORMATS = {
     "dxf": "drawing with a block per link, and parts to cut",
-    "json": "the guide with lengths, limits and provenance, which other commands read",
-    "csv": "table of the motion",
-    "xlsx": "the same as a workbook",
-    "parquet": "the same for programs",
-    "solidworks": "equations: parameters by name",
+    "json": "the guide with lengths, limits and provenance, for other commands",
+    "csv": "motion table",
+    "xlsx": "motion table as a workbook",
+    "parquet": "motion table as Parquet",
+    "solidworks": "equations: named parameters",
     "fusion": "user parameters as CSV",
-    "freecad": "macro that makes parameters and parts",
-    "step": "parts as solids where they stand",
-    "pylinkage": "script that moves it and checks its deviation",
+    "freecad": "macro that builds parameters and parts",
+    "step": "parts as solids in place",
+    "pylinkage": "script that moves the guide and checks its deviation",
 }
-#: Formats by the suffix of a file, where none is named.
+#: Default formats by suffix.
 SUFFIXES = {
-    ".dxf": "dxf", ".json": "json", ".csv": "csv", ".xlsx": "xlsx", ".parquet": "parquet", ".txt": "solidworks",
-    ".fcmacro": "freecad", ".py": "pylinkage", ".step": "step", ".stp": "step",
-}  # fmt: skip
-#: Formats that are no text, and cannot be printed.
+    ".dxf": "dxf",
+    ".json": "json",
+    ".csv": "csv",
+    ".xlsx": "xlsx",
+    ".parquet": "parquet",
+    ".txt": "solidworks",
+    ".fcmacro": "freecad",
+    ".py": "pylinkage",
+    ".step": "step",
+    ".stp": "step",
+}
+#: Binary formats, which cannot be printed.
 BINARY = ("xlsx", "parquet")
-#: Formats that must have a unit.
+#: Formats that need a unit.
 ASSUMING = ("dxf", "step", "freecad", "solidworks", "fusion")
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a guide is exported; `InvalidRequest` unless the unit is one of `catalogue.units`.
+    """Options of an export.
 
     Parameters
     ----------
     unit : str, optional
-        To which the guide is converted; of a guide without a unit, that of its lengths.  That of the guide if not
-        given.
+        Unit to convert to; lengths of unknown unit are taken to be in it.  Default: that of the
+        guide.
     bar_width, hole : float, optional
-        Of the parts to cut [the unit]; round ones if not given.
+        Width of the bars and diameter of the holes; round ones by default [length].
     positions : int
-        Rows of a table of the motion.
+        Rows of the motion table.
     columns : sequence of str
-        Columns of that table: headings, or their beginnings, without units; all if empty.
+        Columns of the motion table: headings, or their beginnings, without units; all if empty.
     over : str, optional
-        ``stroke`` or ``circuit``; the stroke if there is one.
+        ``stroke`` or ``circuit``; default: the stroke, if there is one.
     """
 
     unit: str | None = None
@@ -62,12 +70,12 @@ class Options:
 
     @property
     def written(self) -> str:
-        """The unit of a file that must have one."""
+        """Unit of a file that needs one."""
         return self.unit or ASSUMED
 
     @property
     def assumption(self) -> str:
-        """What such a file says where no unit is known; else empty."""
+        """Note of such a file on an unknown unit; else empty."""
         return "" if self.unit else ASSUMPTION
 
     def __post_init__(self) -> None:
@@ -81,12 +89,12 @@ class Options:
 
 
 def chosen(format: str | None, file: Path | None) -> str:
-    """Return the format that is named, or that of the suffix of a file.
+    """Return the named format, or that of the suffix of a file.
 
     Raises
     ------
     InvalidRequest
-        If there is no such format, or neither says which.
+        If the format is unknown or missing.
     """
     if format is None and file is None:
         raise InvalidRequest(f"name a format ({', '.join(FORMATS)}), or a file by whose suffix it is known")

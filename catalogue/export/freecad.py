@@ -30,8 +30,8 @@ HOLE = {hole!r}  # diameter
 PARAMETERS = [
 {parameters}]
 
-# name, level, place of the origin, angle [deg], outline, slots and holes in coordinates of the link;
-# a corner is (x, y, tangent of a quarter of the angle of the arc to the next one)
+# name, level, place of the origin, angle [deg], outline, slots and holes in coordinates of the
+# link; a corner is (x, y, tangent of a quarter of the angle of the arc to the next one)
 {notes}LINKS = [
 {links}]
 

@@ -1,9 +1,9 @@
-"""Stack the parts of a guide in levels, so that no two that meet in motion share one.
+"""Stack the parts of a guide in levels without collisions in motion.
 
-Every part is a convex hull with a rounded border.  Parts whose hulls come nearer than their borders in any
-pose of the stroke conflict.  A block lies in the level of the link whose slot it runs in.  Of all assignments
-without a conflict the one is chosen whose pins cross the fewest parts between the levels they join, then the
-one with the fewest levels.
+Every part is a convex hull with a rounded border.  Parts whose hulls come nearer than their borders
+in any pose of the stroke conflict.  A block lies in the level of the link whose slot it runs in.
+Of all assignments without a conflict the one is chosen whose pins cross the fewest parts between
+the levels they join, then the one with the fewest levels.
 """
 
 from __future__ import annotations
@@ -141,7 +141,7 @@ def _sides(z: Complexes) -> tuple[Complexes, Complexes]:
 
 
 def _gap(corners: Complexes, polygon: Complexes) -> np.ndarray:
-    """Return the least distance of corners (m, p) from the sides of polygons (m, q), shape (m,)."""
+    """Compute the least distance of corners (m, p) from sides (m, q), shape (m,)."""
     start, way = _sides(polygon)
     away = corners[:, :, None] - start[:, None]
     square = np.maximum(np.abs(way) ** 2, np.finfo(float).tiny)

@@ -1,8 +1,9 @@
-"""A placed guide taken apart into its links: what each has at which place, and where it stands.
+"""Split a placed guide into its links, with their holes, slots and poses.
 
-A crank is a bar between two pivots.  The coupler is a plate with its pins and the guided point.  A slider is a block
-with a pin of the coupler, in a slot of the frame; a slide is a block on a pin of the frame, in a slot of the coupler.
-Slots are as long as the blocks travel over the stroke, of a linkage without a stroke over the whole circuit.
+A crank is a bar between two pivots.  The coupler is a plate with its pins and the guided point.  A
+slider is a block with a pin of the coupler, in a slot of the frame; a slide is a block on a pin of
+the frame, in a slot of the coupler. Slots are as long as the blocks travel over the stroke, of a
+linkage without a stroke over the whole circuit.
 """
 
 from __future__ import annotations
@@ -72,8 +73,8 @@ class Links:
     links : list of Link
         The frame first, then cranks, blocks, the coupler.
     path : complex ndarray, shape (m,)
-        Of the guided point, over the stroke or the whole circuit: points of a cubic spline that lies within
-        `catalogue.kinematics.splines.SPLINE_ERROR`.
+        Of the guided point, over the stroke or the whole circuit: points of a cubic spline that
+        lies within `catalogue.kinematics.splines.SPLINE_ERROR`.
     knots : ndarray, shape (m,)
         Parameters of the spline at these points, from 0 to 1.
     size : float
@@ -92,7 +93,8 @@ def taken_apart(guide: PlacedGuide) -> Links:
     Raises
     ------
     InvalidRequest
-        If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no ends.
+        If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no
+        ends.
     """
     z, kinds, finite = guide.linkage.points[0], guide.linkage.dyads[0], guide.linkage.finite[0]
     run, guided = travelled(guide), complex(*guide.guided)
@@ -127,7 +129,10 @@ def taken_apart(guide: PlacedGuide) -> Links:
 
 
 def travelled(guide: PlacedGuide) -> Run:
-    """Return the run over the stroke, of a guide without one and of a point that returns over the whole circuit."""
+    """Return the run over the stroke.
+
+    Of a guide without one, and of a returning point, over the circuit.
+    """
     answer: Any = guide  # a `Candidate`, which is above, if it has a stroke
     if hasattr(answer, "stroke"):
         over: Run = answer.run(whole=bool(answer.span().cusp.any()))
@@ -226,23 +231,33 @@ def _coupler(guide: PlacedGuide, holes: dict[str, complex], slots: dict[str, tup
 
 
 def _at(
-    name: str, kind: str, origin: complex, turn: complex, holes: dict[str, complex],
+    name: str,
+    kind: str,
+    origin: complex,
+    turn: complex,
+    holes: dict[str, complex],
     slots: dict[str, tuple[complex, complex]],
-) -> Link:  # fmt: skip
+) -> Link:
     turn = turn / abs(turn) if turn else 1 + 0j  # of a slot without length
 
     def own(z: complex) -> complex:
         return (z - origin) * turn.conjugate()
 
     return Link(
-        name, kind, origin, turn,
-        {pivot: own(z) for pivot, z in holes.items()}, {block: (own(a), own(b)) for block, (a, b) in slots.items()},
-    )  # fmt: skip
+        name,
+        kind,
+        origin,
+        turn,
+        {pivot: own(z) for pivot, z in holes.items()},
+        {block: (own(a), own(b)) for block, (a, b) in slots.items()},
+    )
 
 
 def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:
-    """Return by name the two points between which each of `PlacedGuide.lengths` is measured, in the position given;
-    of a dwell ``rod`` and ``rocker`` too."""
+    """Return the end points of each of `PlacedGuide.lengths` by name, in the given position.
+
+    Of a dwell also of ``rod`` and ``rocker``.
+    """
     z = guide.linkage.points[0]
     guided = complex(*guide.guided)
     origin, ahead = (complex(in_coupler(guide.linkage, np.array([p]))[0]) for p in (0j, 1 + 0j))

@@ -1,8 +1,8 @@
-"""Outlines of parts that are cut: bars, plates and blocks, their holes and slots.
+"""Outlines of parts to cut: bars, plates and blocks, with holes and slots.
 
-An outline is a closed chain of corners, each with the bulge of the side that follows it, as DXF has it: the tangent of
-a quarter of the angle of its arc, 0 for a straight side.  Corners run counterclockwise.  Nothing is taken off or added
-for the tool.
+An outline is a closed chain of corners, each with the bulge of the side that follows it, as DXF has
+it: the tangent of a quarter of the angle of its arc, 0 for a straight side.  Corners run
+counterclockwise.  Nothing is taken off or added for the tool.
 """
 
 from __future__ import annotations
@@ -17,10 +17,14 @@ from ..errors import InvalidRequest
 from ..given import positive
 from .links import Link, Links
 
-#: Length of a block over its width; thickness of any part over that.
-BLOCK, THICKNESS = 2.0, 0.3
-#: Width of a bar that is not given, over the size of the linkage, and over the shortest distance of two pivots.
-WIDTH, PITCH = 0.06, 0.6
+#: Length of a block over its width.
+BLOCK = 2.0
+#: Thickness of a part over its width.
+THICKNESS = 0.3
+#: Largest default width of a bar [size of the linkage].
+WIDTH = 0.06
+#: Largest default width of a bar over the shortest distance of two pivots: bars do not hide pins.
+PITCH = 0.6
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,10 @@ class Outline:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """x0, y0, x1, y1; of an arc its circle's, which is right where it ends a bar along an axis."""
+        """x0, y0, x1, y1.
+
+        Of an arc its circle's, which is right where it ends a bar along an axis.
+        """
         x = [z.real for z in self.points()]
         y = [z.imag for z in self.points()]
         return min(x), min(y), max(x), max(y)
@@ -57,8 +64,10 @@ class Outline:
 
 @dataclass(frozen=True)
 class Part:
-    """What is cut of one link, in its own coordinates: its edge, its slots, its holes by the names of pivots, and their
-    diameter.  The edge is the hull of the `core`, widened by the `border`."""
+    """The part of one link, in its coordinates: edge, slots, and holes by the names of pivots.
+
+    The edge is the convex hull of the `core`, widened by the `border`.
+    """
 
     link: Link
     edge: Outline
@@ -88,7 +97,8 @@ class Sizes:
         Raises
         ------
         InvalidRequest
-            Unless both are above zero, the hole is narrower than the bar, and no two holes of a link meet.
+            Unless both are above zero, the hole is narrower than the bar, and no two holes of a
+            link meet.
         """
         pitch, link, pair = _closest(links)
         wide = _round(min(WIDTH * links.size, PITCH * pitch)) if width is None else positive("bar width", width)
@@ -122,7 +132,7 @@ def parts(links: Links, sizes: Sizes) -> list[Part]:
 
 
 def rectangle(start: complex, end: complex, length: float, width: float) -> Outline:
-    """Return what a block covers whose middle moves from one place to another, along x if it rests."""
+    """Return the rectangle that a block covers between two positions, along x if it rests."""
     way = end - start
     along = way / abs(way) if way else 1 + 0j
     over, side = 0.5 * length * along, 0.5j * width * along
@@ -164,7 +174,7 @@ def convex(places: list[complex]) -> list[complex]:
 
 
 def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
-    """Return the shortest distance of two holes of a link, which link, and which holes."""
+    """Find the closest two holes of a link: distance, link and holes."""
     return min(
         (abs(a - b), link.name, (one, other))
         for link in links.links
@@ -175,7 +185,7 @@ def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
 
 
 def _round(value: float) -> float:
-    """Return the greatest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not above a value."""
+    """Round down to a round number: 1, 1.5, 2, ... 8 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     share = max(m for m in (1, 1.5, 2, 3, 4, 5, 6, 8) if m * power <= value * (1 + 1e-12) or m == 1)
     return float(f"{share * power:.3g}")

@@ -1,7 +1,8 @@
-"""The numbers of a guide by name, for programs that make models of parameters: SOLIDWORKS, Fusion.
+"""Named parameters of a guide for parametric CAD: SOLIDWORKS, Fusion.
 
-SOLIDWORKS links a text file with a line ``"name" = value`` each (Equations, Global Variables, and Dimensions > Import).
-Fusion imports user parameters from CSV (Change Parameters > Import): name, unit, expression, value, comment, favourite.
+SOLIDWORKS links a text file with a line ``"name" = value`` each (Equations, Global Variables, and
+Dimensions > Import). Fusion imports user parameters from CSV (Change Parameters > Import): name,
+unit, expression, value, comment, favourite.
 """
 
 from __future__ import annotations
@@ -50,8 +51,7 @@ class Parameter:
 
 
 def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
-    """Return lengths of the links, places of the pivots and directions of the slides in the position given, and the
-    sizes of the parts."""
+    """List link lengths, pivot positions, slider directions in the given position, and part sizes."""
     links, linkage = taken_apart(guide), guide.linkage
     found: list[Parameter] = []
 

@@ -1,8 +1,9 @@
-"""A guide as a script for pylinkage that moves it over its stroke and asserts its deviation.
+"""A guide as a script for pylinkage, to move it and assert its deviation.
 
-pylinkage closes a dyad by the nearer of its two ways to be closed, position by position.  That is right as long as the
-dyad stays away from where both are one: no dead point of the driving crank, no change point in the stroke.  Elsewhere,
-and for families that pylinkage has no dyads for, no script is made.
+pylinkage closes a dyad by the nearer of its two ways to be closed, position by position.  That is
+right as long as the dyad stays away from where both are one: no dead point of the driving crank, no
+change point in the stroke.  Elsewhere, and for families that pylinkage has no dyads for, no script
+is made.
 """
 
 from __future__ import annotations
@@ -25,12 +26,16 @@ if TYPE_CHECKING:
 
 #: Positions of the crank over the stroke.
 STEPS = 721
-#: The greatest step of the dyad's joint between two positions over its distance from the other way to be closed.
+#: The greatest step of the dyad's joint between two positions over its distance from the other way
+#: to be closed.
 NEAR = 0.2
-#: By which part the deviation that pylinkage gives may be another one, and by which part of the longest length.
-OFF, ROUNDING = 0.01, 1e-12
-#: Deviations by which the ends of an arc near a half circle, or beyond, may be another distance apart: each is off the
-#: arc by one across it, and along it by as much as the mean circle, whose centre tells the angle, is.
+#: Relative difference permitted of the deviation by pylinkage: its stations are those of a table.
+OFF = 0.01
+#: Absolute difference permitted [longest length]: rounding.
+ROUNDING = 1e-12
+#: Deviations by which the ends of an arc near a half circle, or beyond, may be another distance
+#: apart: each is off the arc by one across it, and along it by as much as the mean circle, whose
+#: centre tells the angle, is.
 WIDE = 6
 
 SCRIPT = '''\
@@ -96,8 +101,8 @@ def script(guide: PlacedGuide, options: Options) -> str:
     Raises
     ------
     InvalidRequest
-        If the guide has no stroke, is no four-bar or slider-crank, or none of its cranks drives it over the stroke
-        without coming near a dead point or a change point.
+        If the guide has no stroke, is no four-bar or slider-crank, or none of its cranks drives it
+        over the stroke without coming near a dead point or a change point.
     """
     family = str(guide.linkage.family[0])
     if family not in ("four-bar", "slider-crank"):
@@ -130,15 +135,29 @@ def script(guide: PlacedGuide, options: Options) -> str:
         centre = _centre(moved.points["guided"], answer.radius, moved.deviation)
         measure, longest = ARC.format(centre=centre, radius=answer.radius), longest + answer.radius
     return SCRIPT.format(
-        family=family, version=__version__, unit=f"; lengths in {options.unit}" if options.unit else "",
-        dyad=dyad.partition("(")[0], stroke=answer.stroke, deviation=answer.deviation, meaning=meaning, steps=STEPS,
-        start=float(start[0]), end=float(start[-1]), pivot=_xy(z[crank, 0]), crank=crank + 1, grounds=grounds,
+        family=family,
+        version=__version__,
+        unit=f"; lengths in {options.unit}" if options.unit else "",
+        dyad=dyad.partition("(")[0],
+        stroke=answer.stroke,
+        deviation=answer.deviation,
+        meaning=meaning,
+        steps=STEPS,
+        start=float(start[0]),
+        end=float(start[-1]),
+        pivot=_xy(z[crank, 0]),
+        crank=crank + 1,
+        grounds=grounds,
         radius=float(abs(z[crank, 1] - z[crank, 0])),
-        joint=f'joint = {dyad}, x={joint.real!r}, y={joint.imag!r}, name="joint")', listed=listed,
+        joint=f'joint = {dyad}, x={joint.real!r}, y={joint.imag!r}, name="joint")',
+        listed=listed,
         share=f"{WIDE} * " if answer.is_wide else "",
-        distance=float(abs(place) * coupler), angle=float(np.angle(place)), measure=measure, off=OFF,
+        distance=float(abs(place) * coupler),
+        angle=float(np.angle(place)),
+        measure=measure,
+        off=OFF,
         rounding=ROUNDING * longest,
-    )  # fmt: skip
+    )
 
 
 def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
@@ -159,8 +178,7 @@ def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
 
 
 def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
-    """Return the greatest step of the other dyad's joint between positions even in the crank's angle, over its distance
-    from the other way in which the dyad can be closed."""
+    """Compute the largest step of the other dyad's joint over its distance from the other assembly."""
     other, z = 1 - crank, guide.linkage.points[0]
     pin, joint = moved.points[f"A{crank + 1}*"], moved.points[f"A{other + 1}*"]
     step = np.abs(np.diff(joint)) / np.abs(np.diff(moved.drive)) * np.abs(np.ptp(moved.drive)) / (STEPS - 1)
@@ -174,7 +192,7 @@ def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
 
 
 def _centre(z: Complexes, radius: float, deviation: Any) -> complex:
-    """Return the centre of the circle from which points (m,) are off by these distances, positive to the left."""
+    """Fit the centre of the circle with given distances of points (m,), positive to the left."""
     chord = z[-1] - z[0]
     middle, along = 0.5 * (z[0] + z[-1]), chord / abs(chord)
     top = ((z[len(z) // 2] - middle) * along.conjugate()).imag

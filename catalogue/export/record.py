@@ -20,8 +20,7 @@ ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
 def written_json(guide: PlacedGuide, options: Options) -> str:
-    """Return the guide as JSON: pivots and guided point, lengths of the links, limits of the motion, what was
-    measured, and where it comes from; numbers to the last digit."""
+    """Return the guide as JSON: pivots, lengths, limits, measurements and provenance, to the last digit."""
     told: dict[str, Any] = getattr(guide, "to_dict", dict)()
     record = {
         "unit": options.unit,

@@ -59,7 +59,7 @@ def solids(guide: PlacedGuide, options: Options) -> str:
 
 
 def _face(cad: Any, part: Part, unit: float) -> Any:
-    """Return a part as a face with its slots and holes, in coordinates of its link [mm]."""
+    """Return a part as a face with slots and holes, in its link's frame [mm]."""
     holes = [
         cad.Wire(cad.Edge.make_circle(0.5 * unit * part.bore, cad.Plane((unit * z.real, unit * z.imag, 0))))
         for z in part.holes.values()

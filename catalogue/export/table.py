@@ -21,12 +21,12 @@ EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 
 
 def motion_table(guide: PlacedGuide, options: Options) -> pd.DataFrame:
-    """Return positions over the stroke, or over the circuit where there is none or it is asked for.
+    """Compute the motion table over the stroke, or over the circuit.
 
     Raises
     ------
     InvalidRequest
-        If the stroke is asked for and there is none, or no heading begins as a column is named.
+        If there is no stroke but it was requested, or a column is unknown.
     """
     stroke = getattr(guide, "stroke", None)
     if options.over == "stroke" and stroke is None:
@@ -39,7 +39,7 @@ def motion_table(guide: PlacedGuide, options: Options) -> pd.DataFrame:
 
 
 def _columns(headings: list[str], wanted: Any) -> list[str]:
-    """Return the headings that begin with the names that are wanted, in that order, each once."""
+    """Select the headings that begin with the requested names, in their order, each once."""
     plain = {heading: heading.partition(" [")[0] for heading in headings}
     found: dict[str, None] = {}
     for name in wanted:
@@ -57,7 +57,10 @@ def written_csv(guide: PlacedGuide, options: Options) -> str:
 
 
 def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
-    """Return a workbook of one sheet with a heading that stays; cells are empty where something is NaN."""
+    """Return a workbook of one sheet with a heading that stays.
+
+    Cells are empty where something is NaN.
+    """
     try:
         import xlsxwriter  # type: ignore[import-untyped]  # it ships no types
     except ImportError as error:

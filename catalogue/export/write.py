@@ -34,8 +34,10 @@ WRITERS = {
 def export(
     guide: PlacedGuide, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
 ) -> str | bytes:
-    """Return a guide in a format and a unit, and write it to a file if one is named; see
-    `catalogue.PlacedGuide.export`."""
+    """Export a guide in a format and unit, to a file if named.
+
+    See `catalogue.PlacedGuide.export`.
+    """
     if file is not None and not isinstance(file, str | PathLike):
         raise InvalidRequest(f"a guide is exported to a file, not to {quoted(file)}")
     path = None if file is None else Path(file)

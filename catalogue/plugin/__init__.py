@@ -1,9 +1,9 @@
 """What a plugin may import: ``from catalogue.plugin import hookimpl, Series, ...``, and nothing else of the core.
 
-For all: `hookimpl`, errors, array types, arithmetic of power series.  For series: `Series` and its parts, building
-blocks of synthesis, `Instant`.  For collections: `Collection` and its parts, the request, results, the paper of
-drawings.
-`hookspecs` is the contract; `registry`, which loads plugins, is for the core alone.  Names are loaded when first used.
+For all: `hookimpl`, errors, array types, arithmetic of power series.  For series: `Series` and its
+parts, building blocks of synthesis, `Instant`.  For collections: `Collection` and its parts, the
+request, results, the paper of drawings. `hookspecs` is the contract; `registry`, which loads
+plugins, is for the core alone.  Names are loaded when first used.
 """
 
 from __future__ import annotations

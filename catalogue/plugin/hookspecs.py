@@ -1,7 +1,7 @@
 """The whole contract between the catalogue and its plugins.
 
-A plugin is a Python file with functions marked ``@hookimpl`` (``from catalogue.plugin import hookimpl``).  The
-specifications here have no body: pluggy calls those of the plugins.
+A plugin is a Python file with functions marked ``@hookimpl`` (``from catalogue.plugin import
+hookimpl``).  The specifications here have no body: pluggy calls those of the plugins.
 """
 
 from __future__ import annotations
@@ -30,4 +30,7 @@ def catalogue_series() -> Iterable[Series]:  # type: ignore[empty-body]  # no bo
 
 @hookspec
 def catalogue_collections() -> Iterable[Collection]:  # type: ignore[empty-body]  # no body
-    """Return the collections that this plugin adds; called only when one is asked for, so import inside of it."""
+    """Return the collections that this plugin adds.
+
+    Called only when one is asked for, so import inside of it.
+    """

@@ -1,7 +1,8 @@
 """Load plugins: built-in ones, those of a user's folders, those of installed packages, all through one door.
 
-A plugin that fails to load, breaks the contract or raises in a hook becomes a `Record` with the reason and is left out;
-the others go on.  Two plugins that claim one series or family are an error, because no choice between them is safe.
+A plugin that fails to load, breaks the contract or raises in a hook becomes a `Record` with the
+reason and is left out; the others go on.  Two plugins that claim one series or family are an error,
+because no choice between them is safe.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Item = TypeVar("Item", Series, Collection)
 
 @dataclass
 class Record:
-    """What became of one plugin, and the names of what it adds."""
+    """The state of one plugin, and the names it adds."""
 
     name: str  # file name without suffix, or the name of the entry point
     origin: str  # file, or the package that declares the entry point
@@ -52,8 +53,9 @@ class Record:
 
 
 class Registry:
-    """The plugins of one session: their families, series and collections by name.  `folders` are searched besides the
-    built-in one and those of ``CATALOGUE_PLUGINS``.
+    """The plugins of one session: their families, series and collections by name.
+
+    `folders` are searched in addition to the built-in one and those of ``CATALOGUE_PLUGINS``.
 
     Raises
     ------
@@ -110,7 +112,10 @@ class Registry:
         return self._provider[code]
 
     def get(self, code: str) -> Series:
-        """Return a series by its code; `PluginError`, which lists those that there are, if there is none."""
+        """Return a series by its code.
+
+        `PluginError`, which lists those that there are, if there is none.
+        """
         return _named(code, self.series, "series")
 
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
@@ -146,8 +151,7 @@ class Registry:
             self._leave_out(record, str(error))
 
     def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
-        """Ask the plugins what ``families``, ``series`` or ``collections`` they add; of each all of it counts, or
-        nothing of the plugin."""
+        """Collect ``families``, ``series`` or ``collections`` of the plugins, each plugin entirely or not at all."""
         for record, module in self._loaded:
             if record.error:
                 continue
@@ -166,7 +170,7 @@ class Registry:
                 getattr(record, what).append(name)
 
     def _leave_out(self, record: Record, error: str) -> None:
-        """Forget a plugin with all that it has added, and those whose series are of its families."""
+        """Remove a plugin with its additions, and plugins whose series use its families."""
         record.error, name = error, f"{record.name} of {record.origin}"
         if self._manager.has_plugin(name):
             self._manager.unregister(name=name)

@@ -30,13 +30,14 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Classification(Sequence[Memberships]):
-    """Memberships of n linkages in the k series that were `tested`, from residual and margin, (n, k).
+    """Memberships of n linkages in k `tested` series, from residual and margin, (n, k).
 
-    These are NaN where the family is none of the series', or the instant has no curvature (`reason`).  A series holds
-    if its residual is at most the tolerance and its margin above it.  That leaves gaps: beside a series, where its
-    residual is just above the tolerance and the margin of what surrounds it just below, and where the instant takes
-    rays for parallel (up to an angle of 1e-8) or coincident (up to 1e-7) that are not so within the tolerance.  There
-    the series with the least residual holds, of several within the tolerance the one with the largest margin.
+    Both are NaN for series of other families, or without curvature (`reason`).  A linkage is a
+    member if the residual is at most the tolerance and the margin above it.  This leaves gaps:
+    close to a series, where its residual is just above the tolerance and the margin of a
+    surrounding series just below it, and where rays count as parallel (up to 1e-8 rad) or
+    coincident (up to 1e-7).  There the linkage belongs to the series of least residual; of several
+    within the tolerance, to the one of largest margin.
     """
 
     instant: Instant
@@ -49,7 +50,7 @@ class Classification(Sequence[Memberships]):
         return f"<Classification of {self.instant.linkage!r} in {len(self.tested)} series>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the series of each linkage, or the nearest, as a table."""
+        """Return the series of each linkage, or the nearest one, as a table for a notebook."""
         from ..html_table import MOST, html_table
 
         rows = []
@@ -67,12 +68,18 @@ class Classification(Sequence[Memberships]):
 
     @property
     def configuration(self) -> Array:
-        """Configuration of each linkage, shape (n,); see `catalogue.curvature_theory.configuration.configuration`."""
+        """Configuration of each linkage, shape (n,).
+
+        See `catalogue.curvature_theory.configuration.configuration`.
+        """
         return self.instant.configuration
 
     @property
     def reason(self) -> Array:
-        """What is missing of each instant, shape (n,); see `catalogue.curvature_theory.analysis.Curvature.reason`."""
+        """What is missing of each instant, shape (n,).
+
+        See `catalogue.curvature_theory.analysis.Curvature.reason`.
+        """
         return np.asarray(self.instant.curvature.reason)
 
     @cached_property
@@ -89,7 +96,10 @@ class Classification(Sequence[Memberships]):
 
     @cached_property
     def ranking(self) -> Array:
-        """Numbers of the series, the nearest first as in `Memberships`, shape (n, k); -1 where there is no residual."""
+        """Numbers of the series, the nearest first as in `Memberships`, shape (n, k).
+
+        -1 where there is no residual.
+        """
         names = self.family
         dimension = np.array([[one.dimension(name) for one in self.tested] for name in FAMILIES])
         row = np.array([list(FAMILIES).index(name) for name in names.tolist()], dtype=int)
@@ -122,12 +132,16 @@ class Classification(Sequence[Memberships]):
         )
 
     def guided(self, radius: float | None = None) -> GuidedElements:
-        """Return what the linkages guide, and with which order; given a radius [length], circling points too."""
+        """Find the guided elements of the linkages; with a radius [length] circling points too."""
         return guided_elements(self.instant, None if radius is None else positive("radius", radius))
 
     def singularity(self, point: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return how many cusps and inflections coincide in the paths of coupler points, complex, () or (n,), given in
-        the reference position: see `path_singularity`.
+        """Count the coincident cusps and inflections of coupler paths; see `path_singularity`.
+
+        Parameters
+        ----------
+        point : complex array_like, shape () or (n,)
+            Coupler points in the reference position [length].
 
         Raises
         ------
@@ -145,8 +159,11 @@ class Classification(Sequence[Memberships]):
 
         codes = np.array([one.code for one in self.tested] + [None], dtype=object)
         first = self.ranking[:, :1]
-        kinds, kind = np.unique(np.where(self.holds[np.arange(len(self))[:, None], self.ranking], self.ranking, -1),
-                                axis=0, return_inverse=True)  # fmt: skip
+        kinds, kind = np.unique(
+            np.where(self.holds[np.arange(len(self))[:, None], self.ranking], self.ranking, -1),
+            axis=0,
+            return_inverse=True,
+        )
         names = np.array([", ".join(codes[k] for k in row if k >= 0) for row in kinds], dtype=object)
         residual, margin = (
             np.where(first >= 0, np.take_along_axis(a, first, 1), np.nan)[:, 0] for a in (self.residual, self.margin)
@@ -173,8 +190,8 @@ def classify(linkage: LinkageLike, series: Mapping[str, Series], tolerance: floa
     series : mapping of Series
         By code.  One that raises is left out, with a `PluginWarning`.
     tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
-        `TOLERANCE` if not given.
+        Residual up to which a series holds, if its margin is larger: what the rounding of the
+        pivots makes of zero. `TOLERANCE` if not given.
 
     Raises
     ------

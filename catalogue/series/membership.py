@@ -14,10 +14,11 @@ class Membership:
     Attributes
     ----------
     residual, margin : float
-        Dimensionless distance from the series, 0 on it; and from where the series meets another one: a residual beside
-        a small margin decides little.
+        Dimensionless distance from the series, 0 on it; and from where the series meets another
+        one: a residual beside a small margin decides little.
     holds : bool
-        Whether the linkage belongs to the series: residual at most the tolerance and margin above it.
+        Whether the linkage belongs to the series: residual at most the tolerance and margin above
+        it.
     """
 
     series: str
@@ -30,19 +31,22 @@ class Membership:
 
 @dataclass(frozen=True)
 class Memberships(Sequence[Membership]):
-    """The series that one linkage belongs to, the nearest first; `near` are all that its family allows.
+    """The series that one linkage belongs to, the nearest first.
 
-    Degenerate series come before `general` and `parallel`, which surround them; among those, the ones that hold before
-    the others, of several that hold the one with the fewest free parameters, of the others the one whose residual is
-    the smallest part of its margin (counted up to 1): beside a linkage near two series that meet there are always some
-    of either, with a small residual and a margin that is not much larger.
+    `near` are all that its family allows.
+
+    Degenerate series come before `general` and `parallel`, which surround them; among those, the
+    ones that hold before the others, of several that hold the one with the fewest free parameters,
+    of the others the one whose residual is the smallest part of its margin (counted up to 1):
+    beside a linkage near two series that meet there are always some of either, with a small
+    residual and a margin that is not much larger.
     """
 
     near: tuple[Membership, ...]
 
     @property
     def holding(self) -> tuple[Membership, ...]:
-        """Those that hold."""
+        """Memberships that hold."""
         return tuple(m for m in self.near if m.holds)
 
     @property
@@ -66,7 +70,7 @@ class Memberships(Sequence[Membership]):
         return self.holding[index]
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the series that hold and those that are near, as a table."""
+        """Return the series that hold and the near ones as a table for a notebook."""
         from ..html_table import html_table
 
         rows = [

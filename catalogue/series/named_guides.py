@@ -38,14 +38,16 @@ class NamedGuide:
     stroke : float
         Over which it is commonly used, half of it to either side.
     inflections : int
-        Of the path over that stroke, merged ones counted as often as they merge; 0 if it is exact, or for a circle.
+        Of the path over that stroke, merged ones counted as often as they merge; 0 if it is exact,
+        or for a circle.
     proportions, source, place : str
         Proportions in words; who described it, when and where; its place in the theory.
 
     Raises
     ------
     InvalidDesign
-        If something is missing, the linkage is invalid or of another family, or the stroke cannot be traced.
+        If something is missing, the linkage is invalid or of another family, or the stroke cannot
+        be traced.
     """
 
     name: str
@@ -107,7 +109,7 @@ class NamedGuide:
 
     @cached_property
     def traced(self) -> Traced:
-        """What is measured over the usual stroke, the guided point where the literature has it."""
+        """Measurements over the usual stroke, with the guided point as published."""
         return at_stroke(self.guide, self.stroke, circle=self.circle)
 
     @property
@@ -117,13 +119,14 @@ class NamedGuide:
 
     @property
     def share(self) -> float:
-        """The usual stroke as a part of the path, as far as it runs to both sides without turning back."""
+        """Usual stroke over the length of the path between its turning points."""
         return float(0.5 * self.stroke / self.guide.extent.min())
 
     def canonical(self) -> tuple[Linkage, complex, complex, float]:
-        """Return the linkage, the guided point, the centre and half the usual stroke in the canonical frame.
+        """Return linkage, guided point, centre and half the usual stroke in the canonical frame.
 
-        Pole at the origin, inflection pole at (0, 1); parallel cranks: cranks along x, crank 1 at the height 1.
+        Pole at the origin, inflection pole at (0, 1); parallel cranks: cranks along x, crank 1 at
+        the height 1.
         """
         at = self.curvature
         origin, along = (complex(*v) for v in (at.pole[0], at.axes[0, 0]))

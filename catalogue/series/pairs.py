@@ -1,7 +1,7 @@
 """Building blocks of synthesis: pairs in the canonical frame, pole at the origin, rho0 = 1, inflection pole (0, 1).
 
-A pair is a fixed and a moving point, homogeneous, shape (n, 2, 3).  Arguments are arrays of shape (n,).
-Source: Allievi 1895, secs. 3, 11-18.
+A pair is a fixed and a moving point, homogeneous, shape (n, 2, 3).  Arguments are arrays of shape
+(n,). Source: Allievi 1895, secs. 3, 11-18.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def half_turn(points: Array) -> Array:
 
 
 def circle_pair(kappa: Array, phi: Array) -> Array:
-    """Pair on the circles r = sin(phi)/kappa and r* = sin(phi)/(kappa + 1) in the direction phi: eq. (12), s = 0."""
+    """Return the pair on the circles r = sin(phi)/kappa, r* = sin(phi)/(kappa + 1): eq. (12), s = 0."""
     x, y = np.sin(phi) * np.cos(phi), np.sin(phi) ** 2
     return pair(point(x / kappa, y / kappa), point(x / (kappa + 1), y / (kappa + 1)))
 
@@ -50,12 +50,12 @@ def tangent_pair(a1: Array) -> Array:
 
 
 def slider_pair(x: Array, y: Array) -> Array:
-    """Point of the inflection circle on the ray with direction (x, y), a unit vector, and its straight line."""
+    """Return the point of the inflection circle in a unit direction (x, y), and its line."""
     return pair(point(x, y, 0), point(x * y, y * y))
 
 
 def slide_pair(x: Array, y: Array) -> Array:
-    """Point of the return circle on the ray with direction (x, y), a unit vector, and the straight slot through it."""
+    """Return the point of the return circle in a unit direction, and its slot."""
     return pair(point(-x * y, -y * y), point(x, y, 0))
 
 
@@ -66,13 +66,13 @@ def ray_pair(kappa: Array, s: Array, t: Array) -> Array:
 
 
 def tangent_circle_pair(s: Array, t: Array) -> Array:
-    """Pair of the cubics with kappa = 0 on the ray with tangent t, A on the circle r = cos/s: eq. (44)."""
+    """Return the pair of the cubics with kappa = 0 at the tangent t, A on r = cos/s: eq. (44)."""
     w, far = s * t, 1 + t * t
     return pair(point(1, t, s * far), point(t, t * t, (w + 1) * far))
 
 
 def parallel_pair(y: Array, k: Array, k_star: Array) -> Array:
-    """Pair at the height y of the parallel transformation, A = (-k/y, y), A* = (-k*/y, y): eqs. (57)."""
+    """Return the pair at the height y of the parallel transformation, A = (-k/y, y): eqs. (57)."""
     return pair(point(-k / y, y), point(-k_star / y, y))
 
 
@@ -88,7 +88,7 @@ def roots(total: Array, product: Array) -> tuple[Array, Array]:
 
 
 def alike(t: Array, u: Any) -> Mask:
-    """Return where two tangents, of the sizes met within the domains, are the same but for rounding."""
+    """Tell where two tangents are equal within rounding, at the sizes of the domains."""
     return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
 
 

@@ -1,8 +1,11 @@
-"""Posed problems: a point that is to be guided, how, and which pivots are given; a series may have closed answers.
+"""Posed problems: a point that is to be guided, how, and which pivots are given.
 
-A problem is one pair, the centre A and the point A*, of which one may lie at infinity: without a centre the path is a
-straight line, without a point the coupler carries a straight slot over the centre.  The inverse problem exchanges them,
-and fixed pivots with moving ones; so what a series solves for given fixed pivots its inversion solves for moving ones.
+A series may have closed answers.
+
+A problem is one pair, the centre A and the point A*, of which one may lie at infinity: without a
+centre the path is a straight line, without a point the coupler carries a straight slot over the
+centre.  The inverse problem exchanges them, and fixed pivots with moving ones; so what a series
+solves for given fixed pivots its inversion solves for moving ones.
 """
 
 from __future__ import annotations
@@ -17,7 +20,8 @@ from ..kinematics.linkage import homogeneous
 from ..kinematics.plane_vectors import dot
 from ..kinematics.types import Array, Complexes, Floats, Mask, read_only
 
-#: A point nearer to the pole than this part of the pivots' distances stands at the pole, and is not guided to order 3.
+#: A point nearer to the pole than this part of the pivots' distances stands at the pole, and is not
+#: guided to order 3.
 AT_POLE = 1e-9
 #: Two points are mirror images up to this part of their distance.
 MIRRORED = 1e-9
@@ -30,11 +34,13 @@ class Posed:
     Attributes
     ----------
     given : str
-        ``fixed`` or ``moving``: both such pivots; ``crank``: the fixed and the moving pivot of one crank.
+        ``fixed`` or ``moving``: both such pivots; ``crank``: the fixed and the moving pivot of one
+        crank.
     pivots : complex ndarray, shape (n, 2)
         The given pivots in that position.
     point, centre : complex ndarray, shape (n,)
-        The guided point, and the centre of its path; NaN where at infinity, for the whole batch alike.
+        The guided point, and the centre of its path; NaN where at infinity, for the whole batch
+        alike.
     axis : complex ndarray, shape (n,)
         Unit vectors across the path, from the centre to the point.
     """
@@ -62,8 +68,10 @@ class Posed:
         return Posed(swap[self.given], pivots, self.centre, self.point, -self.axis)
 
     def reciprocals(self, pole: Complexes) -> tuple[Floats, Floats]:
-        """1/r and 1/r*: of the distances of centre and point from poles on the axis, along it; 0 at infinity, NaN at
-        the pole."""
+        """Reciprocal distances 1/r and 1/r* of centre and point from poles on the axis.
+
+        0 at infinity, NaN at the pole.
+        """
         near = AT_POLE * np.abs(pole[:, None] - self.pivots).sum(1)
         r, r_star = (dot(self.axis, z - pole) for z in (self.centre, self.point))
         one, other = (np.where(np.isnan(x), 0, np.where(np.abs(x) > near, 1 / x, np.nan)) for x in (r, r_star))
@@ -74,7 +82,7 @@ Solve = Callable[[Posed], Floats | None]
 
 
 def dual(solve: Solve) -> Solve:
-    """Return what solves the inverse problems of those that `solve` solves."""
+    """Derive the solver of the inverse problems from `solve`."""
 
     @wraps(solve)
     def solved(posed: Posed) -> Floats | None:
@@ -85,13 +93,15 @@ def dual(solve: Solve) -> Solve:
 
 
 def unit(a: Array) -> Complexes:
-    """Unit vectors."""
+    """Normalise vectors."""
     return np.asarray(a / np.abs(a))
 
 
 def four_bars(fixed: Complexes, moving: list[tuple[Complexes, Complexes]]) -> Floats:
-    """Return pivots (n, k, 2, 2, 3), NaN where not finite, from fixed pivots (n, 2) and the moving pivots (n,) of both
-    cranks in each of k solutions."""
+    """Assemble pivots (n, k, 2, 2, 3) from fixed and moving ones of k solutions.
+
+    NaN where not finite.
+    """
     both = np.stack([np.stack(pair, axis=-1) for pair in moving], axis=1)  # (n, k, 2)
     z = np.stack(np.broadcast_arrays(fixed[:, None], both), axis=-1)
     z = np.where(np.isfinite(z).all(axis=(2, 3), keepdims=True), z, complex(np.nan, np.nan))
@@ -111,7 +121,7 @@ def equidistant(start: Complexes, along: Complexes, a: Complexes, b: Complexes) 
 
 
 def on_ray(pole: Complexes, point: Complexes, normal: Complexes, inverse_diameter: Floats) -> Complexes:
-    """Moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
+    """Compute moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
     ray = unit(point - pole)
     return np.asarray(pole + ray / (1 / np.abs(point - pole) + inverse_diameter / dot(normal, ray)))
 
@@ -124,8 +134,11 @@ def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes)
 
 
 def poles_by_two_cranks(posed: Posed) -> list[tuple[Complexes, Complexes, int]]:
-    """Return (pole, unit vector from it, which) of the four configurations in which the ray of one crank, `which`, and
-    an axis of the pole fall together, the other crank standing on a circle through the pole: quadratics for each."""
+    """Solve the four configurations with the ray of one crank on an axis of the pole.
+
+    The other crank stands on a circle through the pole, which gives a quadratic for each.  Returns
+    (pole, unit vector from it, number of the crank).
+    """
     local = (posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]
     found = []
     for which in (0, 1):

@@ -13,7 +13,8 @@ from .series import Member, Parameters, Series, lent
 
 #: Samples per block, a power of two as the sequence wants.
 BLOCK = 1024
-#: Changed whenever the same seed would give other content: blocks of another plan are not mixed with these.
+#: Changed whenever the same seed would give other content: blocks of another plan are not mixed
+#: with these.
 PLAN = "7"
 
 #: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
@@ -32,7 +33,7 @@ class Drawn:
 
 
 def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
-    """Draw block `number` of the sequence of a member, without what is invalid or out of proportion."""
+    """Sample block `number` of a member, without invalid or ill-proportioned linkages."""
     from scipy.stats.qmc import Sobol
 
     mixed = np.random.default_rng([seed, crc32(f"{series.code} {member.key}".encode())])
@@ -46,7 +47,7 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
 
 
 def draw_at(member: Member, shares: Floats) -> Drawn:
-    """Draw the linkages at shares of the domain of a member, without what is invalid or out of proportion.
+    """Build the linkages at shares of a member's domain, without invalid or ill-proportioned ones.
 
     Parameters
     ----------

@@ -3,7 +3,8 @@
 How to write a plugin that adds a series:
 
 1. Write `pivots(p)`: from a mapping of parameter arrays (n,) to homogeneous pivots (n, 2, 2, 3) in the canonical frame
-   (pole at the origin, inflection pole at (0, 1), so rho0 = 1; parallel cranks: see theory of series IV).
+   (pole at the origin, inflection pole at (0, 1), so rho0 = 1; parallel cranks: see theory of
+   series IV).
 2. Write `classify(instant)`: residual (n,), zero exactly on the series, dimensionless, NaN where the family is none of
    the series'; margin (n,), zero where the series meets another one.
 3. Write `guided(p)`: the guided elements in the same frame, with their order of contact.
@@ -54,7 +55,7 @@ class Parameter:
             )
 
     def spread(self, share: Floats) -> Floats:
-        """Carry shares in [0, 1) (any shape) to the domain, uniformly over the union of its intervals."""
+        """Map shares in [0, 1), any shape, uniformly to the union of the domain's intervals."""
         low = np.array([a for a, _ in self.domain])
         width = np.array([b - a for a, b in self.domain])
         start = np.concatenate([[0.0], np.cumsum(width)])
@@ -83,10 +84,11 @@ class Member:
     parameters : sequence of Parameter
         The free ones; they are what is sampled and stored.
     pivots : callable
-        From all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2, 3).
+        From all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2,
+        3).
     derive : callable, optional
-        From the free parameters to those that the sub-family's condition determines; `pivots` and the series' `guided`
-        are given both.
+        From the free parameters to those that the sub-family's condition determines; `pivots` and
+        the series' `guided` are given both.
     weight : float
         Share of this member in a sample of the series.
     """
@@ -104,7 +106,10 @@ class Member:
         return f"{self.family} {self.name}"
 
     def complete(self, free: Parameters) -> Parameters:
-        """Return the free parameters, in order, with the derived ones added; raise `PluginError` if one is missing."""
+        """Return the free parameters, in order, with the derived ones added.
+
+        Raise `PluginError` if one is missing.
+        """
         missing = [p.name for p in self.parameters if p.name not in free]
         if missing:
             raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
@@ -135,8 +140,8 @@ class Guided:
     label : str
         Such as ``[3]`` for a principal pair or ``undulation``.
     pairs : ndarray, shape (n, 2, 3)
-        Fixed and moving point, homogeneous: fixed at infinity = straight path, moving at infinity = straight slot.
-        NaN where it is imaginary, or no guide.
+        Fixed and moving point, homogeneous: fixed at infinity = straight path, moving at infinity =
+        straight slot. NaN where it is imaginary, or no guide.
     order : int or ndarray of int, shape (n,)
         Order of contact, `EXACT` if the finite motion keeps it.
     """
@@ -149,7 +154,7 @@ class Guided:
         checked_text("label of a guided element", self.label, 60)
 
     def inverted(self) -> Guided:
-        """The element seen in the inverse motion, canonical frame."""
+        """Transform the element to the inverse motion, in its canonical frame."""
         return replace(self, label=inverse_words(self.label), pairs=half_turn(self.pairs[:, ::-1]))
 
 
@@ -171,13 +176,15 @@ class Series:
     classify : callable
         From an `Instant` of n linkages to residual (n,) and margin (n,).
     guided : callable
-        From the complete parameters of a member to its `Guided` elements, one of each label, NaN where there is none.
+        From the complete parameters of a member to its `Guided` elements, one of each label, NaN
+        where there is none.
     solve : callable, optional
-        Closed-form answers to posed problems: from a `Posed` of n problems to pivots (n, k, 2, 2, 3) in its frame, NaN
-        where there are fewer than k; None if it has none for what is given.  Each guides to order 3 at least.
+        Closed-form answers to posed problems: from a `Posed` of n problems to pivots (n, k, 2, 2,
+        3) in its frame, NaN where there are fewer than k; None if it has none for what is given.
+        Each guides to order 3 at least.
     degenerate : bool
-        False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
-        linkage only where no degenerate series is known.
+        False for a class that degenerate ones bound, such as all linkages with a finite pole: it is
+        nearest to a linkage only where no degenerate series is known.
     origin : str
         File or package it comes from, as the registry notes it.
 
@@ -211,7 +218,7 @@ class Series:
         return f"<Series {self.code}: {self.title}>"
 
     def left_out(self, error: PluginError) -> str:
-        """Return a line that says why the series is left out, and where it is from."""
+        """Return the reason for rejecting the series, and its origin, in one line."""
         return f"series {self.code} is left out: {error}" + f" ({self.origin})" * bool(self.origin)
 
     @property
@@ -231,7 +238,7 @@ class Series:
         return named[key]
 
     def answers(self, posed: Posed) -> Floats:
-        """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k.
+        """Solve posed problems for linkages, (n, k, 2, 2, 3), NaN for fewer solutions.
 
         Raises
         ------
@@ -270,11 +277,15 @@ class Series:
             for m in self.members
         ]
         return Series(
-            code, title, self.code, f"inversion of {self.code}", members,
+            code,
+            title,
+            self.code,
+            f"inversion of {self.code}",
+            members,
             classify=lambda instant: self.classify(instant.inverted),
             guided=lambda p: [g.inverted() for g in self.guided(p)],
             solve=dual(self.solve) if self.solve else None,
-        )  # fmt: skip
+        )
 
 
 def _inverted(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], Array]:

@@ -1,8 +1,9 @@
 """The database of mechanisms: its tables, how it is opened and upgraded, filled in bulk and read by columns.
 
-`models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk` what writes, `schema`
-what a file says of itself, `extract` a small file of some guides.  Import from the room itself what it lists, the
-tables too; it imports `kinematics` (array types), `folders`, `errors`.
+`models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk`
+what writes, `schema` what a file says of itself, `extract` a small file of some guides.  Import
+from the room itself what it lists, the tables too; it imports `kinematics` (array types),
+`folders`, `errors`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Filling a database: `prepare`, `drop_indexes`, a `write_batch` per batch, `make_indexes`, `finish`.
 
-To load and then index is four times as fast as to load into indexed tables.  A kill at any moment loses the open
-batch at most.
+To load and then index is four times as fast as to load into indexed tables.  A kill at any moment
+loses the open batch at most.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ def write_batch(
 ) -> None:
     """Add one finished batch in one transaction: all of it or, whatever happens, nothing.
 
-    A column is an array or a list with one value per row, or one value for all rows; NaN is stored as NULL.  The keys
-    that connect the tables follow from the order of the rows, and the columns that repeat those of another table.
+    A column is an array or a list with one value per row, or one value for all rows; NaN is stored
+    as NULL.  The keys that connect the tables follow from the order of the rows, and the columns
+    that repeat those of another table.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def drop_indexes(connection: Connection) -> None:
 
 
 def make_indexes(connection: Connection) -> None:
-    """Make the indexes that are missing, and let SQLite count what is in them, all in one transaction."""
+    """Create missing indexes and update SQLite's statistics, in one transaction."""
     with _writing(connection):
         for index in _indexes():
             index.create(connection, checkfirst=True)
@@ -113,9 +114,9 @@ def prepare(database: Database) -> None:
 
 
 def finish(database: Database) -> bool:
-    """Fold the log back, so that the database is one file that can be copied and read from anywhere.
+    """Merge the write-ahead log into the database, to make it one file that can be copied.
 
-    Returns False if somebody still has the database open: it is whole, but the log stays, and one can try again.
+    Returns False if another process has the database open: it is consistent, but the log remains.
     """
     database.close()
     try:
@@ -132,7 +133,10 @@ def finish(database: Database) -> bool:
 
 @contextmanager
 def _writing(connection: Connection) -> Iterator[None]:
-    """Open a transaction with the write lock, once the seal is checked; name what the disk has against it."""
+    """Open a transaction with the write lock, once the seal is checked.
+
+    Name what the disk has against it.
+    """
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():
         unseal(connection, path)

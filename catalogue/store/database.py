@@ -40,10 +40,21 @@ _RANGES = {
     **dict.fromkeys(("inflections", "cover", "seed", "number"), (0, 2**53)),
 }
 #: Columns in which NULL is a value.
-_NULL = {"max_link", "min_link", "max_ground", "rho0", "drive_angle", "rotation", "name", "plugin", "plugin_version",
-         "plan"}  # fmt: skip
+_NULL = {
+    "max_link",
+    "min_link",
+    "max_ground",
+    "rho0",
+    "drive_angle",
+    "rotation",
+    "name",
+    "plugin",
+    "plugin_version",
+    "plan",
+}
 _DTYPES = {bool: np.bool_, int: np.int64, float: np.float64, Decimal: np.float64}
-#: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
+#: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y,
+#: w)).
 PIVOT_NAMES = tuple(f"{joint}_{dyad}_{part}" for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw")
 #: Reaches with their guides and mechanisms.
 JOINED = "FROM reach JOIN guide ON guide.id = reach.guide_id JOIN mechanism ON mechanism.id = guide.mechanism_id"
@@ -59,18 +70,20 @@ def read_columns(
     select : Select
         Of single columns with distinct names (not of ORM entities).
     bound : mapping, optional
-        Values of the select's bound parameters: to build a select once costs less than to build it for each value.
+        Values of the select's bound parameters: to build a select once costs less than to build it
+        for each value.
 
     Returns
     -------
     dict of ndarray, shape (n,)
-        REAL as float64 with NaN for NULL, INTEGER as int64, comparisons as bool, TEXT as str objects (None for
-        NULL, where it may be).
+        REAL as float64 with NaN for NULL, INTEGER as int64, comparisons as bool, TEXT as str
+        objects (None for NULL, where it may be).
 
     Raises
     ------
     sqlite3.DataError
-        If a value cannot be: an INTEGER is NULL (say in the select what stands for it), a size is negative.
+        If a value cannot be: an INTEGER is NULL (say in the select what stands for it), a size is
+        negative.
     """
     types = [column.type.python_type for column in select.selected_columns]
     result = connection.execute(select, bound)
@@ -91,13 +104,15 @@ def as_columns(cursor: Any, types: Mapping[str, type]) -> dict[str, Array]:
 
 
 def as_array(kind: type, values: Sequence[Any]) -> Array:
-    """Return the values of one column as an array of the dtype that their Python type asks for."""
+    """Convert the values of one column to an array of their Python type's dtype."""
     return np.array(values, dtype=_DTYPES.get(kind, object))
 
 
 def _read(name: str, kind: type, values: Sequence[Any]) -> Array:
-    """Return the values of a column as an array; `sqlite3.DataError` if one cannot be: what is stored may have been
-    changed."""
+    """Convert the values of a column to an array; `sqlite3.DataError` for an invalid value.
+
+    Stored values may have been changed by other programs.
+    """
     try:
         found = as_array(kind, values)
     except (TypeError, ValueError, OverflowError):
@@ -134,16 +149,23 @@ class Database:
 
     @classmethod
     def open(cls, path: str | PathLike[str], *, create: bool = True, writable: bool = True) -> Database:
-        """Open the file `path`, upgrading older tables after a backup; if there is none and `create`, make an empty
-        one, and the folders above it.  One that is not `writable` must be there and current, and is only read.
+        """Open a database file, upgrading an older one after a backup.
+
+        Parameters
+        ----------
+        path : path
+        create : bool
+            Create a missing file with its folders.
+        writable : bool
+            Otherwise the file must exist and be current, and is only read.
 
         Raises
         ------
         DatabaseTooNew
             If a newer version of the catalogue wrote it.
         DatabaseError
-            If it is absent and not to be created, is not a database of the catalogue, is damaged or locked, or may
-            not be read.
+            If it is absent and not to be created, is not a database of the catalogue, is damaged or
+            locked, or may not be read.
         """
         if not isinstance(path, str | PathLike):
             raise DatabaseError(f"{quoted(path)} is no path of a file: name one with --db")
@@ -159,7 +181,9 @@ class Database:
 
     @contextmanager
     def begin(self) -> Iterator[Connection]:
-        """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error.
+        """Yield a connection in a transaction that may write.
+
+        It is committed at the end, rolled back on an error.
 
         Raises
         ------
@@ -188,8 +212,9 @@ class Database:
         return bool(len(self.plain({"id": int}, "FROM guide LIMIT 1")["id"]))
 
     def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[Any] = ()) -> dict[str, Array]:
-        """Return columns, given with their Python types, of the SQL text SELECT columns rest, as `read` does: a `find`
-        reads so little that to import SQLAlchemy would take it longer.
+        """Read columns, given with their Python types, by the SQL text SELECT columns rest.
+
+        Like `read`, without SQLAlchemy: importing it would take longer than a search reads.
 
         Raises
         ------
@@ -201,8 +226,10 @@ class Database:
             return as_columns(cursor, {name.rpartition(".")[2]: kind for name, kind in columns.items()})
 
     def objects(self, texts: Iterable[str], *, numbers: bool = False) -> list[dict[str, Any]]:
-        """Return the JSON objects that stored texts are; `DatabaseError` if one is none, or, of `numbers`, has another
-        value than a finite number or a name that is not printable."""
+        """Parse stored texts as JSON objects; `DatabaseError` for an invalid one.
+
+        With `numbers`, values must be finite numbers and names printable.
+        """
         with database_errors(self.path):
             try:
                 found = [json.loads(text) for text in texts]
@@ -216,7 +243,10 @@ class Database:
             return found
 
     def pivots(self, rows: Mapping[str, Array]) -> Floats:
-        """Return `stacked_pivots`, once it is clear that they are those of linkages; else `DatabaseError`."""
+        """Return `stacked_pivots`, once it is clear that they are those of linkages.
+
+        Else `DatabaseError`.
+        """
         found = stacked_pivots(rows)
         far = found[..., 2] == 0
         with database_errors(self.path):
@@ -229,8 +259,10 @@ class Database:
         return found
 
     def check(self, *, rules: bool = True) -> None:
-        """Compare the file with its seal; one without, which was not built to its end or was changed since, with the
-        rules of its tables, if `rules`.  Nothing is done while the file is as it was when it was last checked.
+        """Verify the file by its seal, unless it is unchanged since the last check.
+
+        A file without a seal (build incomplete, or changed since) is checked by the constraints of
+        its tables if `rules`.
 
         Raises
         ------
@@ -252,12 +284,12 @@ class Database:
             self._checked = (*stamp, rules)
 
     def check_values(self) -> None:
-        """Read all that tables and views hold, each value checked as where it is asked for.
+        """Read and check every value of all tables and views.
 
         Raises
         ------
         DatabaseError
-            If one cannot be, or a table or view is missing.
+            If a value is invalid, or a table or view is missing.
         """
         from sqlalchemy import select
 
@@ -279,19 +311,22 @@ class Database:
             self.plain({"count(*)": int}, f"FROM {view}")
 
     def stamp(self) -> tuple[int, ...]:
-        """Return the size of the file, and when it and the log of what is not yet in it were last written.
+        """Return the size of the file, and the modification times of file and write-ahead log.
 
         Raises
         ------
         DatabaseError
-            If it is gone.
+            If the file is missing.
         """
         with database_errors(self.path):
             found, log = self.path.stat(), self.path.with_name(f"{self.path.name}-wal")
             return found.st_size, found.st_mtime_ns, *(path.stat().st_mtime_ns for path in (log,) if path.exists())
 
     def seal(self) -> None:
-        """Keep a digest of the file in it, by which `check` sees any change; who writes takes it away."""
+        """Keep a digest of the file in it, by which `check` sees any change.
+
+        Who writes takes it away.
+        """
         with database_errors(self.path), closing(files.connect(self.path)) as connection:
             connection.execute("BEGIN IMMEDIATE")
             connection.execute(f"PRAGMA user_version = {seal.digest_now(connection, self.path)}")
@@ -338,7 +373,7 @@ class Database:
         self.close()
 
     def __reduce__(self) -> tuple[Callable[[Path], Database], tuple[Path]]:
-        """What was pickled opens the file anew."""
+        """Reduce to the path: an unpickled database opens the file."""
         return partial(Database.open, create=False, writable=self.writable), (self.path,)
 
     def __repr__(self) -> str:

@@ -1,8 +1,7 @@
-"""Connections to one file, and its tables: plain connections of sqlite3, the engine that hands them to SQLAlchemy, and
-what goes wrong with them; which revision of the tables a file holds, and how an older one is brought up to date.
+"""Connections to a database file, their errors, and migrations of its tables.
 
-Alembic is imported only to create or upgrade, SQLAlchemy only where an engine is asked for: opening a file that is
-current costs two small queries, and a `find` reads it without either.
+Alembic is imported only to create or upgrade tables, SQLAlchemy only for an engine: opening a
+current file costs two small queries, and a `find` needs neither.
 """
 
 from __future__ import annotations
@@ -50,7 +49,8 @@ _SAYINGS = {
     "or name another with --db",
     sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
 }
-#: How errors begin that say what cannot be of a file, unless something else than the catalogue has changed it.
+#: How errors begin that say what cannot be of a file, unless something else than the catalogue has
+#: changed it.
 IMPOSSIBLE = "impossible: "
 
 
@@ -58,8 +58,8 @@ IMPOSSIBLE = "impossible: "
 def database_errors(path: Path) -> Iterator[None]:
     """Turn what the disk, the permissions or another process do to `path` into a one-line `DatabaseError`.
 
-    A broken constraint is a fault of the program, not of the file, and passes unchanged; a statement that fails is not,
-    as all are tried on sound files.
+    A broken constraint is a fault of the program, not of the file, and passes unchanged; a
+    statement that fails is not, as all are tried on sound files.
     """
     try:
         yield
@@ -83,9 +83,9 @@ def database_errors(path: Path) -> Iterator[None]:
 
 
 def connect(path: Path, *, writable: bool = True) -> sqlite3.Connection:
-    """Return a connection to the file `path` (absolute) in which only an explicit BEGIN opens a transaction.
+    """Connect to the file `path` (absolute) in autocommit mode: only BEGIN opens a transaction.
 
-    Where the file may not be written, SQLite falls back to reading by itself.
+    SQLite itself falls back to reading a file without write permission.
     """
     uri = f"{path.as_uri()}?mode={'rw' if writable else 'ro'}"
     connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
@@ -98,11 +98,11 @@ def connect(path: Path, *, writable: bool = True) -> sqlite3.Connection:
 
 
 def engine_for(path: Path, *, writable: bool = True) -> Engine:
-    """Return an engine on the existing file `path` whose transactions are real, for tables as well as for rows.
+    """Create an engine for the file `path` with transactions that include changes of tables.
 
-    A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
-    it writes would fail, not wait, when another process writes in between.  No connection is kept: a file that has
-    taken the place of this one is read.
+    A connection with the execution option ``immediate`` takes the write lock at once: a transaction
+    that reads before it writes would fail, not wait, when another process writes in between.  No
+    connection is kept: a file that has taken the place of this one is read.
     """
     from sqlalchemy import URL, create_engine, event
     from sqlalchemy.pool import NullPool
@@ -127,7 +127,8 @@ def check_seal(connection: sqlite3.Connection, path: Path) -> None:
 def unseal(connection: Connection, path: Path) -> None:
     """Check the seal, then remove it, in a transaction that will write.
 
-    Whoever writes seals the file again at the end: a change that somebody else made would be sealed with it.
+    Whoever writes seals the file again at the end: a change that somebody else made would be sealed
+    with it.
     """
     driver = cast(sqlite3.Connection, connection.connection.driver_connection)
     check_seal(driver, path)
@@ -143,7 +144,7 @@ def revisions() -> list[str]:
 
 
 def revision(path: Path) -> str | None:
-    """Return the revision of the tables in the file `path`, None if the file is absent or empty.
+    """Read the revision of the tables in the file `path`; None for a missing or empty file.
 
     Raises
     ------
@@ -165,9 +166,10 @@ def revision(path: Path) -> str | None:
 
 
 def bring_up_to_date(path: Path) -> None:
-    """Create the tables in the file `path` if it has none, upgrade them if they are older than this package's.
+    """Create the tables in the file `path`, or upgrade older ones.
 
-    An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy of each revision that it had.
+    An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy of each
+    revision that it had.
 
     Raises
     ------
@@ -203,8 +205,10 @@ def bring_up_to_date(path: Path) -> None:
 
 @contextmanager
 def _backed_up(path: Path, found: str) -> Iterator[None]:
-    """Copy the database to the first free backup name, unless such a copy is there; the name is there once all of the
-    copy is, and goes if what is done meanwhile fails."""
+    """Copy the database to the first free backup name, unless there is such a copy.
+
+    The backup appears once complete, and is removed if the enclosed work fails.
+    """
     endings = chain([""], (f"-{number}" for number in count(2)))
     copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
     part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists one that a kill has left
@@ -230,7 +234,7 @@ def _backed_up(path: Path, found: str) -> Iterator[None]:
 
 
 def _migrate(path: Path) -> None:
-    """Run the missing migrations, and let the file say anew what it holds, in one transaction, after a backup."""
+    """Run the missing migrations and renew the description, in one transaction, after a backup."""
     from alembic import command
     from alembic.config import Config
 
@@ -242,8 +246,8 @@ def _migrate(path: Path) -> None:
     engine = engine_for(path)
     try:
         with engine.connect().execution_options(immediate=True) as connection:
-            # A batch migration drops and recreates a table, and a drop deletes the children by cascade.  The switch
-            # does nothing inside a transaction, hence the bare cursor.
+            # A batch migration drops and recreates a table, and a drop deletes the children by
+            # cascade.  The switch does nothing inside a transaction, hence the bare cursor.
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
             with ExitStack() as stack, connection.begin():
                 older = revision(path)  # another process may have been faster

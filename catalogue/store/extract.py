@@ -12,7 +12,8 @@ from typing import BinaryIO
 from .database import Database
 from .engine import connect, database_errors
 
-#: Tables of the extract, each made of the table or view of that name, so that what reads the one reads the other.
+#: Tables of the extract, each made of the table or view of that name, so that what reads the one
+#: reads the other.
 _TABLES = {
     "guides": "id IN wanted",
     "pivots": "mechanism_id IN (SELECT mechanism_id FROM extract.guides)",

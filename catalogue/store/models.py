@@ -1,12 +1,15 @@
-"""The tables: what was drawn, which mechanisms were kept, what each guides and how far; specimens of collections.
+"""The tables: what was drawn, which mechanisms were kept, what each guides and how far.
 
-A mechanism is stored once, in its canonical frame (pole at the origin, pole tangent along +x, unit inflection
-circle; of parallel cranks, which have no pole, the height of crank 1 is the unit), and so without a length unit.  A
-guide has one `Reach` per decade of relative deviation; everything in a reach but its stroke is a multiple of the
-stroke, which is what a request filters and ranks by.
+Specimens of collections.
 
-The comment of a column says what it means, its unit last, in brackets: [canonical], [1/canonical], [stroke], [deg];
-text, numbers of things and what is no measure has none.  What stands here is what a file says of itself (`schema`).
+A mechanism is stored once, in its canonical frame (pole at the origin, pole tangent along +x, unit
+inflection circle; of parallel cranks, which have no pole, the height of crank 1 is the unit), and
+so without a length unit.  A guide has one `Reach` per decade of relative deviation; everything in a
+reach but its stroke is a multiple of the stroke, which is what a request filters and ranks by.
+
+The comment of a column says what it means, its unit last, in brackets: [canonical], [1/canonical],
+[stroke], [deg]; text, numbers of things and what is no measure has none.  What stands here is what
+a file says of itself (`schema`).
 """
 
 from __future__ import annotations
@@ -140,13 +143,14 @@ class Mechanism(Base):
 
 
 class Guide(Base):
-    """A guided element with its nominal line or circle, at the design position in the canonical frame.
+    """A guided element and its nominal at the design position, in the canonical frame.
 
-    Kinds: the coupler carries a point along a ``line`` or a ``circle``; or it carries a straight ``slot`` or a circular
-    ``arc`` over a fixed point; or the point runs to the pole and back along one line or circle, ``return-line`` or
-    ``return-circle``.  A slot is described in the inverse motion: x, y is the fixed point, the tangent that of
-    its path in the coupler, and so are its reaches.  Of the order `cover` those before K, of each member and kind, are
-    a cover of all that are stored, the finer the larger K is.  Named guides come first.
+    Kinds: the coupler carries a point along a ``line`` or a ``circle``; or it carries a straight
+    ``slot`` or a circular ``arc`` over a fixed point; or the point runs to the pole and back along
+    one line or circle, ``return-line`` or ``return-circle``.  A slot is described in the inverse
+    motion: x, y is the fixed point, the tangent that of its path in the coupler, and so are its
+    reaches.  Of the order `cover` those before K, of each member and kind, are a cover of all that
+    are stored, the finer the larger K is.  Named guides come first.
     """
 
     __tablename__ = "guide"
@@ -192,10 +196,10 @@ class Guide(Base):
 
 
 class Reach(Base):
-    """The longest stroke a guide holds within a relative deviation of 10**level, and what was measured over it.
+    """The longest stroke of a guide within a relative deviation of 10**level, with its measures.
 
-    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0), and an
-    arc bulges to +y.
+    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0,
+    0) to (1, 0), and an arc bulges to +y.
     """
 
     __tablename__ = "reach"
@@ -271,7 +275,10 @@ class Reach(Base):
 
 
 class SpecimenRow(Base):
-    """A specimen of a collection, scale-free; from the last `block` a build that was interrupted goes on."""
+    """A specimen of a collection, scale-free.
+
+    From the last `block` a build that was interrupted goes on.
+    """
 
     __tablename__ = "specimens"
 

@@ -1,10 +1,11 @@
 """What a file says of itself: views to read it by with SQL alone, and the meaning of every table and column.
 
-The views ``guides`` (a guide with its mechanism in one row) and ``pivots`` (a pivot in one row) and the table
-``description`` say nothing of their own: they are made anew, from the selects below and from the comments in `models`,
-whenever a file is made or upgraded, so that no migration needs to know them.  Views take no room.  Pivots are columns
-of numbers, not blobs: SQLite has no function that reads a double from bytes, and a view that needed one of ours could
-be read by no other program.
+The views ``guides`` (a guide with its mechanism in one row) and ``pivots`` (a pivot in one row) and
+the table ``description`` say nothing of their own: they are made anew, from the selects below and
+from the comments in `models`, whenever a file is made or upgraded, so that no migration needs to
+know them.  Views take no room.  Pivots are columns of numbers, not blobs: SQLite has no function
+that reads a double from bytes, and a view that needed one of ours could be read by no other
+program.
 """
 
 from __future__ import annotations
@@ -67,7 +68,10 @@ _MADE = {
 
 
 def described() -> Iterator[Described]:
-    """Yield what every table, view and column of a file holds; before its columns the table itself."""
+    """Yield what every table, view and column of a file holds.
+
+    Before its columns the table itself.
+    """
     yield Described("alembic_version", "", "table", "", "The state of the tables, as Alembic keeps it.")
     yield Described("alembic_version", "version_num", "VARCHAR(32)", "", "revision of the tables")
     models = {str(mapper.local_table): mapper.class_ for mapper in Base.registry.mappers}
@@ -95,7 +99,7 @@ def describe(connection: Connection) -> None:
 
 
 def _column(table: str, column: Any) -> Described:
-    """Return a column as described by its comment, which ends with its unit, if it has one."""
+    """Describe a column from its comment, which ends with its unit, if any."""
     comment = getattr(column, "comment", None) or _MADE[column.name]
     meaning, _, unit = comment.removesuffix("]").partition(" [")
     return Described(table, column.name, str(column.type), unit, meaning)

@@ -1,8 +1,10 @@
-"""The digest of a file, by which a change of it is seen; as a script, of a large file, in a process of its own.
+"""The digest of a file, by which a change of it is seen.
 
-A copy of a file in memory, as SQLite gives it, is held twice.  Who reads the file itself takes away, when he closes it,
-all locks that SQLite has on it in that process (POSIX): so that is done in another one, which needs nothing but the
-standard library.
+As a script, of a large file, in a process of its own.
+
+A copy of a file in memory, as SQLite gives it, is held twice.  Who reads the file itself takes
+away, when he closes it, all locks that SQLite has on it in that process (POSIX): so that is done in
+another one, which needs nothing but the standard library.
 """
 
 from __future__ import annotations
@@ -15,17 +17,22 @@ from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 
-#: Bytes of a file that change though nothing is changed: journal mode, counters, and the seal itself.
+#: Bytes of a file that change though nothing is changed: journal mode, counters, and the seal
+#: itself.
 COUNTERS = ((18, 20), (24, 28), (60, 64), (92, 100))
 BLOCK = 1 << 20
-#: Size from which a process of its own reads the file [bytes]: a copy in memory would take twice as much.
+#: Size from which a process of its own reads the file [bytes]: a copy in memory would take twice as
+#: much.
 LARGE = 1 << 27
 #: What every transaction that writes does to the seal, once `is_broken` denies that it is broken.
 REMOVE = "PRAGMA user_version = 0"
 
 
 def digest(blocks: Iterable[bytes]) -> int:
-    """Return the digest of the content of a file, which is not 0; the first of its blocks holds its head."""
+    """Return the digest of the content of a file, which is not 0.
+
+    The first of its blocks holds its head.
+    """
     rest = iter(blocks)
     first = memoryview(next(rest, b""))
     head = bytearray(first[:100])
