@@ -188,11 +188,26 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
 
 def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with their allowances and expected deviations as they are shown."""
-    zone, play = Zone(*problem.zone), problem.constraints.play
     allowance = _shown_allowances(problem, found.curve, found.traced)
+    return replace(found, allowance=allowance, expected=_shown_expectations(problem, found))
+
+
+def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
+    """Return candidates whose allowances and expected deviations are as shown if they bound or rank."""
+    if problem.needs_allowance:
+        return with_allowance(problem, found)
+    if problem.constraints.play:
+        return replace(found, expected=_shown_expectations(problem, found))
+    return found
+
+
+def _shown_expectations(problem: Problem, found: CandidateBatch) -> Floats:
+    """Return the deviations of candidates that the play leaves, (n,) [strokes]."""
+    zone, play = Zone(*problem.zone), problem.constraints.play
+    if not play:
+        return found.deviation
     expectations = finite_expected if zone.free == FREE else expected_deviation
-    expected = expectations(play, found.curve, found.traced, zone) if play else found.deviation
-    return replace(found, allowance=allowance, expected=expected)
+    return expectations(play, found.curve, found.traced, zone)
 
 
 def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, traced: Traced) -> Floats:
@@ -251,7 +266,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     guides = found.curve
     if isinstance(guides, CircuitCurve):
         shown = on_wide_arc(problem, found.origin, guides, nodes=SHOWN, most=MOST)
-        return with_allowance(problem, shown) if problem.needs_allowance or problem.constraints.play else shown
+        return _judged(problem, shown)
     if guides.cusp.any():
         return replace(found, traced=_over_stroke(problem, guides))
     found = in_best_charts(problem, found)
@@ -271,7 +286,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _over_stroke(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
-    return with_allowance(problem, shown) if problem.needs_allowance or problem.constraints.play else shown
+    return _judged(problem, shown)
 
 
 def _over_stroke(problem: Problem, guides: CouplerCurve, *, extend: bool = True) -> Traced:
