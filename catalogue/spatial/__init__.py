@@ -19,9 +19,10 @@
 >>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
 
 ``jointed``
-    Bodies on revolute, screw, prismatic, cylindrical and spherical joints, on links with spherical joints at both ends,
-    and on guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive, values)`` is its
-    ``Motion`` with derivatives, ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility`` its freedoms.  Any
+    Bodies on revolute, screw, prismatic, cylindrical, spherical and universal joints, on gears, on links with spherical
+    joints at both ends, and on guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive,
+    values)`` is its ``Motion`` with derivatives, ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility``
+    its freedoms.  Any
     scalar drives: ``Joint``, ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
 
 >>> from catalogue.spatial import Link, Mechanism, Travel
@@ -61,7 +62,9 @@ if TYPE_CHECKING:
     from .jointed.circuit import Circuit
     from .jointed.elements import (
         Angle,
+        Coupling,
         Cylindrical,
+        Fixed,
         GuideCoordinate,
         Joint,
         KeepAngle,
@@ -74,6 +77,7 @@ if TYPE_CHECKING:
         Spherical,
         Sum,
         Travel,
+        Universal,
     )
     from .jointed.links import PAIRS, links
     from .jointed.mechanism import Mechanism, Mobility
@@ -99,8 +103,8 @@ _HOME = {
     "guided.position": "Positions solve_positions",
     "jointed.axle": "Wheel anti_dive kinematics",
     "jointed.circuit": "Circuit",
-    "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
-    "Screw Spherical Sum Travel",
+    "jointed.elements": "Angle Coupling Cylindrical Fixed GuideCoordinate Joint KeepAngle Length Link OnGuide "
+    "Prismatic Revolute Screw Spherical Sum Travel Universal",
     "jointed.links": "PAIRS links",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
@@ -119,8 +123,10 @@ __all__ = [
     "Bound",
     "Box",
     "Circuit",
+    "Coupling",
     "Cylindrical",
     "Fit",
+    "Fixed",
     "GuideCoordinate",
     "Guides",
     "Jets",
@@ -147,6 +153,7 @@ __all__ = [
     "Sweep",
     "Target",
     "Travel",
+    "Universal",
     "Wheel",
     "anti_dive",
     "assemblies",

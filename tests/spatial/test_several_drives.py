@@ -155,9 +155,11 @@ def test_angles_add_up_across_half_turns() -> None:
     assert np.abs(motion.joint("b") - np.sin(turn)).max() < 1e-12
 
 
-def test_a_sum_is_of_one_unit_and_what_is_asked_twice_is_refused() -> None:
-    with pytest.raises(InvalidRequest, match="lengths or of angles"):
-        AXLE.sweep(Sum((TRAVEL, Joint("wheel lower"))), [0.0], [RACK])
+def test_a_sum_may_mix_units_and_what_is_asked_twice_is_refused() -> None:
+    with pytest.raises(InvalidRequest, match="not 0"):
+        Sum((TRAVEL, RACK), (1.0, 0.0))
+    both = AXLE.sweep(TRAVEL + Joint("wheel lower") * 100, [7.0], [RACK])  # 100 mm per radian
+    assert both.point("wheel", CENTRE)[0, 2] + 100 * both.joint("wheel lower")[0] == pytest.approx(7)
     with pytest.raises(InvalidRequest, match="named twice"):
         AXLE.sweep({TRAVEL: [1.0]}, hold=[Travel("wheel", CENTRE)])
     with pytest.raises(InvalidRequest, match="as many values each"):

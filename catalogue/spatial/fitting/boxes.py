@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import InvalidRequest, quoted
 from ...given import Stated, array, choice, names
 from ...kinematics.types import Array
-from ..jointed.elements import Cylindrical, Element, Link, OnGuide, Revolute, Spherical
+from ..jointed.elements import Cylindrical, Element, Link, OnGuide, Revolute, Spherical, Universal
 from ..jointed.hard_points import numbers
 from ..jointed.mechanism import Mechanism
 from ..jointed.system import System
@@ -19,6 +19,7 @@ from ..jointed.system import System
 #: Fields of elements that are hard points.
 FIELDS: dict[type, tuple[str, ...]] = {
     Link: ("from_", "to"), Spherical: ("at",), Revolute: ("at", "to"), Cylindrical: ("at", "to"), OnGuide: ("at",),
+    Universal: ("at",),
 }  # fmt: skip
 
 

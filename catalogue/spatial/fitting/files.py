@@ -222,7 +222,7 @@ def rewritten(job: Job, found: Fit) -> dict[str, Any]:
     """Return what a file held, its hard points where a fit has put them."""
     given = deepcopy(job.given)
     tables = [one for kind in ELEMENTS for one in given.get(kind, [])]
-    for table, was, now in zip(tables, job.mechanism.elements, found.mechanism.elements, strict=True):
+    for table, was, now in zip(tables, job.mechanism.joints, found.mechanism.joints, strict=True):
         for field in FIELDS.get(type(now), ()):
             if getattr(now, field) is not getattr(was, field):
                 table[field.rstrip("_")] = list(getattr(now, field))

@@ -197,7 +197,7 @@ def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
 
 def _sides(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:
     """Return on which side of singular poses each design pose is: the sign of its Jacobian, and its size."""
-    system: System = mechanism.system(*sweep.hold, sweep.drive)
+    system: System = mechanism.system(*mechanism.couplings, *sweep.hold, sweep.drive)
     design = np.repeat(system.design[None], len(system.points), axis=0)
     jacobian = system.evaluate(design)[2]
     rows = np.concatenate([system.use, np.arange(system.rows, jacobian.shape[1])])

@@ -90,12 +90,13 @@ def angle(s: e.Angle, f: Formulation) -> AngleFunction:
 def total(s: e.Sum, f: Formulation) -> SumFunction:
     """A weighted sum of scalars of one unit."""
     parts = tuple(scalar_function(part, f) for part in s.parts)
-    if len({(part.unit, part.angular) for part in parts}) > 1:
-        raise InvalidRequest("a Sum is of lengths or of angles, not of both")
+    angular = all(part.angular for part in parts)
+    unit = 1.0 if angular else f.unit
     if any(part.periodic and abs(weight) != 1 for part, weight in zip(parts, s.weights, strict=True)):
         raise InvalidRequest("an Angle in a Sum needs the weight 1 or -1: it is known but for whole turns")
     moves = f.moves([part.bodies for part in parts])
-    return SumFunction((0, 0), parts[0].unit, parts[0].angular, parts, tuple(s.weights), moves)
+    weights = tuple(weight * part.unit / unit for weight, part in zip(s.weights, parts, strict=True))
+    return SumFunction((0, 0), unit, angular, parts, weights, moves)
 
 
 #: By the kind of scalar.

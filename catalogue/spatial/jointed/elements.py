@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from ...errors import InvalidRequest
 from ...given import Stated, array, instance, number, several
@@ -121,11 +121,54 @@ class KeepAngle(Stated):
     name: str = ""
 
 
-Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | KeepAngle
+@dataclass(frozen=True, eq=False)
+class Universal(Stated):
+    """A universal joint (U): a point of `body` is one of `on`, and `axis` of `body` keeps its angle to `axis_on`."""
+
+    body: str
+    at: Vector
+    axis: Vector
+    axis_on: Vector
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Fixed(Stated):
+    """A rigid connection: `body` moves with `on`, as a hub that is screwed to a carrier."""
+
+    body: str
+    on: str = GROUND
+    at: Vector = (0.0, 0.0, 0.0)
+    name: str = ""
+
+    axis: ClassVar[Vector] = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling(Stated):
+    """Gears, a rack and a pinion: a sum of scalars keeps its value in every motion.
+
+    Examples
+    --------
+    >>> Coupling(Joint("rack") - Joint("pinion") * 7.5)  # the rack moves by 7.5 per radian
+    """
+
+    scalar: Sum
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        instance("scalar of a Coupling", self.scalar, Sum)
+
+
+Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | KeepAngle | Universal | Fixed | Coupling
 
 
 def joined(x: Element) -> tuple[str, str]:
-    """Return the two bodies that an element joins."""
+    """Return the two bodies that an element joins; of a coupling none."""
+    if isinstance(x, Coupling):
+        return GROUND, GROUND
     return (x.a, x.b) if isinstance(x, Link | KeepAngle) else (x.body, x.on)
 
 
@@ -198,14 +241,14 @@ class GuideCoordinate(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Sum(Summable):
-    """Weighted sum of scalars of one unit: heave, roll, the steering of two wheels.
+    """Weighted sum of scalars: heave, roll, the steering of two wheels.
 
     Parameters
     ----------
     parts : sequence of scalars
-        All lengths, or all angles.  Sums among them are taken apart.
+        Lengths, angles, or both: then the sum is a length.  Sums among them are taken apart.
     weights : sequence of float
-        One for each part; without any all are 1.
+        One for each part; without any all are 1.  Of an angle beside lengths, lengths per radian.
 
     Examples
     --------

@@ -37,6 +37,7 @@ class Formulation:
     """
 
     def __init__(self, elements: Sequence[e.Element], scalars: Sequence[e.Scalar]) -> None:
+        elements = [x for x in elements if not isinstance(x, e.Coupling)]
         self.elements, self.scalars = elements, scalars
         links = {s.link for s in e.apart(scalars) if isinstance(s, e.Length) and s.link}
         guides = {s.guide for s in e.apart(scalars) if isinstance(s, e.GuideCoordinate)}

@@ -28,6 +28,8 @@ def label(x: e.Element) -> str:
     """Return the name of an element, or what it is and which bodies it joins."""
     if x.name:
         return x.name
+    if isinstance(x, e.Coupling):
+        return f"Coupling {e.title(x.scalar)}"
     first, second = e.joined(x)
     return f"{type(x).__name__} {first}-{second}"
 

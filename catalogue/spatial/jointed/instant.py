@@ -99,7 +99,7 @@ def value(motion: Motion, scalar: Scalar) -> Array:
 
 def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
     """Return rates (n, r) of readings (n, r, f) per unit of a scalar, others standing still, and why any is NaN."""
-    rows = np.stack([gradient(motion, s) for s in (moving, *still)], axis=1)
+    rows = np.stack([gradient(motion, s) for s in (moving, *still, *motion.mechanism.couplings)], axis=1)
     size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
     rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
     known = np.isfinite(size).all(1)
@@ -155,7 +155,7 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
         row = np.eye(len(stated))[stated.index(one)]
         return np.where(np.isfinite(motion.basis()[:, 0]), row, np.nan)
     if isinstance(scalar, Sum):
-        parts = zip(scalar.parts, scalar.weights, strict=True)
+        parts = zip(scalar.parts, _function(motion, scalar)[0].weights, strict=True)  # type: ignore[attr-defined]
         return np.asarray(sum(weight * gradient(motion, part) for part, weight in parts))
     function, points = _function(motion, scalar)
     if function.unknown is not None:

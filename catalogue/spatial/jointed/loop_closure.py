@@ -6,7 +6,7 @@ A link keeps a distance, a joint that closes a loop components of a point and an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...errors import InvalidLinkage
 from . import elements as e
@@ -14,7 +14,9 @@ from .hard_points import HardPoints, label
 from .spanning_tree import SpanningTree
 
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
-CLOSING = {e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq")}
+CLOSING: dict[type, tuple[str, str]] = {
+    e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq"), e.Fixed: ("apq", "pqa"),
+}  # fmt: skip
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -73,9 +75,12 @@ class LoopClosure:
             self._keep_angle(label(x), (a, one), (b, other))
         elif isinstance(x, e.OnGuide):
             self._add_guide(x)
-        elif isinstance(x, e.Spherical):
+        elif isinstance(x, e.Spherical | e.Universal):
             body, on = self.tree.pair(x)
             self._coincide(label(x), self.points.point(x.at, f"{label(x)}.at"), on, body, self._world())
+            if isinstance(x, e.Universal):
+                one, other = (self.points.direction(v, f"{label(x)}.axis") for v in (x.axis_on, x.axis))
+                self._keep_angle(label(x), (on, one), (body, other))
         elif not self.tree.carries(x):
             self._add_joint(x)
 
@@ -99,7 +104,7 @@ class LoopClosure:
             self.on_guides.append((self.points.end(body, p), on, x))
             self.turned.add(on)
 
-    def _add_joint(self, x: e.Revolute | e.Prismatic | e.Cylindrical) -> None:
+    def _add_joint(self, x: Any) -> None:
         if isinstance(x, e.Screw):
             raise InvalidLinkage(f"{label(x)} closes a loop: state a screw before the other joints of its body")
         body, on = self.tree.pair(x)

@@ -18,7 +18,7 @@ from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .curve import Curve, tangents
 from .drives import scalar_function
-from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar, identity
+from .elements import Coupling, Cylindrical, Element, Prismatic, Revolute, Scalar, identity
 from .formulation import Formulation
 from .hard_points import HardPoints
 from .motion import Motion
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: What an element may say of each mechanism of a batch.
-VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "origin", "quaternion")
+VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "axis_on", "origin", "quaternion")
 #: Starts at most, where all assemblies are looked for.
 MOST = 1_000_000
 #: Slope of a drive, per arc length, that counts as none.
@@ -67,7 +67,8 @@ class Mechanism:
 
     Parameters
     ----------
-    elements : sequence of Link, Spherical, Revolute, Screw, Prismatic, Cylindrical, OnGuide or KeepAngle
+    elements : sequence of Link, Spherical, Revolute, Screw, Prismatic, Cylindrical, Universal, Fixed, OnGuide,
+        KeepAngle or Coupling
         Points may be (n, 3): a batch of n mechanisms.
     unit : str
         The unit of length of all points, for headings.
@@ -92,6 +93,16 @@ class Mechanism:
         self._systems: dict[Any, System] = {}
         self._functions: dict[Any, tuple[ScalarFunction, HardPoints]] = {}
         self.system()
+
+    @property
+    def couplings(self) -> tuple[Scalar, ...]:
+        """Sums of scalars that keep their values in every motion."""
+        return tuple(x.scalar for x in self.elements if isinstance(x, Coupling))
+
+    @property
+    def joints(self) -> tuple[Element, ...]:
+        """All elements but couplings."""
+        return tuple(x for x in self.elements if not isinstance(x, Coupling))
 
     def system(self, *scalars: Scalar) -> System:
         """Return the equations, the rows of the scalars last, without the conditions that others imply."""
@@ -127,19 +138,20 @@ class Mechanism:
         system = self.system()
         redundant = [system.names[r] for r in range(system.rows) if r not in system.use]
         idle = [system.bodies[system.vectors[0][w]] for w in system.idle[0]]
-        return Mobility(
-            system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), system.singular
-        )
+        freedoms = system.unknowns - len(system.use) - len(self.couplings)
+        return Mobility(freedoms, tuple(idle), tuple(dict.fromkeys(redundant)), system.singular)
 
     def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array, tuple[Scalar, ...]]:
         """Return the curve of poses with what is held, the design states (N, numbers), and what is held."""
-        held = several("hold", hold, Scalar)
+        held = (*self.couplings, *several("hold", hold, Scalar))
         system = self.system(*held, instance("drive", drive, Scalar))
         freedoms = system.unknowns - len(system.use)
         self.movable(system)
+        fixed = len(self.couplings)
         if freedoms != 1 + len(held):
             raise CannotDrive(
-                f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(held)}"
+                f"there are {freedoms - fixed} freedoms: one drives, {freedoms - fixed - 1} must be held, "
+                f"not {len(held) - fixed}"
             )
         y = np.repeat(system.design[None], len(system.points), axis=0)
         return Curve(system, system.evaluate(y)[1][:, :-1] if held else np.zeros((len(y), 0))), y, held
@@ -241,7 +253,7 @@ class Mechanism:
         n = len(self.system().points)
         own, i = [], whole("i", i, -n, n - 1)
         for x in self.elements:
-            vectors = {k: np.asarray(getattr(x, k), float) for k in VECTORS if getattr(x, k, None) is not None}
+            vectors = {k: np.asarray(getattr(x, k), float) for k in VECTORS if vars(x).get(k) is not None}
             own.append(replace(x, **{k: v[i] for k, v in vectors.items() if v.ndim == 2 and len(v) > 1}))
         return Mechanism(own, self.unit)
 

@@ -96,7 +96,7 @@ def scene(
 
 
 def _has(x: Any, field: str) -> bool:
-    return getattr(x, field, None) is not None and not (isinstance(x, e.Prismatic) and not np.any(x.at))
+    return getattr(x, field, None) is not None and not (isinstance(x, e.Prismatic | e.Fixed) and not np.any(x.at))
 
 
 def _title(mechanism: Mechanism) -> str:

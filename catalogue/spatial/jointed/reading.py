@@ -1,7 +1,8 @@
 """Mechanisms from TOML or JSON: hard points in the user's unit, drives and what is read off by name.
 
 A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
-``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
+``[[spherical]]``, ``[[universal]]``, ``[[fixed]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of
+`elements`; ``[[coupling]]`` with `of`, names of drives, and `weights`; ``[drive.NAME]`` with
 `kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``, ``sum``) and the fields of the scalar, of a sum `of`,
 names of drives, and `weights`; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
@@ -40,13 +41,25 @@ if TYPE_CHECKING:
 
 ELEMENTS: dict[str, type] = {
     "link": e.Link, "revolute": e.Revolute, "screw": e.Screw, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
-    "spherical": e.Spherical, "guide": e.OnGuide, "angle": e.KeepAngle,
+    "spherical": e.Spherical, "guide": e.OnGuide, "angle": e.KeepAngle, "universal": e.Universal, "fixed": e.Fixed,
 }  # fmt: skip
 SCALARS: dict[str, type] = {
     "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
     "sum": e.Sum,
 }  # fmt: skip
-OTHERS = ("unit", "axes", "drive", "point", "reading", "wheel", "transmission", "fit", "title", "hard_points")
+OTHERS = (
+    "unit",
+    "axes",
+    "drive",
+    "coupling",
+    "point",
+    "reading",
+    "wheel",
+    "transmission",
+    "fit",
+    "title",
+    "hard_points",
+)
 #: Folder of files that need hard points alone.
 TEMPLATES = folder("data") / "spatial" / "templates"
 
@@ -227,11 +240,14 @@ def _job(given: dict[str, Any], file: str) -> Job:
         for kind, made in ELEMENTS.items()
         for i, one in enumerate(tables_in(given, kind, file))
     ]
-    mechanism = Mechanism(elements, str(given.get("unit", "length")))
     axes = str(given.get("axes", "ISO 8855"))
     if axes not in AXES:
         raise InvalidRequest(f"{file}: axes must be one of {', '.join(AXES)}, not {quoted(axes)}")
     drives = _drives(table_in(given, "drive", file), file, (0.0, 0.0, AXES[axes][2]))
+    elements += [
+        _coupling(one, drives, f"{file}: coupling {i + 1}") for i, one in enumerate(tables_in(given, "coupling", file))
+    ]
+    mechanism = Mechanism(elements, str(given.get("unit", "length")))
     points = tuple(tables_in(given, "point", file))
     for one in points:
         if not {"body", "at"} <= set(one):
@@ -253,6 +269,16 @@ def _job(given: dict[str, Any], file: str) -> Job:
         readings.append((text(f"{file}: name of a reading", one.get("name", scalar)), drives[scalar]))
     output = table_in(given, "transmission", file)
     return Job(mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings))
+
+
+def _coupling(one: Mapping[str, Any], drives: Mapping[str, Any], what: str) -> e.Coupling:
+    """Return a coupling of drives, by their names."""
+    parts = names(f"{what}: of", one.get("of", ()))
+    unknown = [part for part in parts if not drives.get(part)]
+    if unknown or len(parts) < 2 or set(one) - {"of", "weights", "name"}:
+        raise InvalidRequest(f"{what} needs of, names of drives, and weights, one for each")
+    total = _made(e.Sum, {"parts": [drives[part] for part in parts], "weights": one.get("weights", ())}, what)
+    return e.Coupling(total, str(one.get("name", "")))
 
 
 def _drives(given: Mapping[str, Any], file: str, up: tuple[float, ...]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ A grid is swept drive after drive: from each pose of one drive by the next, all 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -51,13 +52,15 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     -------
     Motion
     """
+    coupled = mechanism.couplings
+    drives = replace(drives, held=(*coupled, *drives.held), at=(*[np.nan] * len(coupled), *drives.at))
     order = (*drives.held, *drives.scalars)
     system = mechanism.system(*order)
     n, units = len(system.points), np.array([s.unit for s in system.scalars])
     y = np.repeat(system.design[None], n, axis=0)
     design = system.evaluate(y)[1]
     mechanism.movable(system)
-    _check(system, y, design, drives.scalars)
+    _check(system, y, design, drives.scalars, len(coupled))
     path = drives.grid() if grid else drives.path()
     asked = np.concatenate([np.tile(drives.at, (len(path), 1)), path], axis=1) / units
     points = np.where(np.isnan(asked)[:, None], design, asked[:, None])
@@ -80,9 +83,9 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     )  # fmt: skip
 
 
-def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...]) -> None:
+def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], coupled: int) -> None:
     """Raise what is wrong with drives in the design pose."""
-    freedoms, given = system.unknowns - len(system.use), len(system.scalars)
+    freedoms, given = system.unknowns - len(system.use) - coupled, len(system.scalars) - coupled
     if freedoms != given:
         raise CannotDrive(
             f"there are {freedoms} freedoms: {len(drives)} drive, {freedoms - len(drives)} must be held, "

@@ -66,9 +66,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
         wrench = np.concatenate([np.broadcast_to(force, at.shape), moment], axis=1)
         push += (screws @ wrench[..., None])[..., 0] * motion.carries(b)
     borne = -(np.swapaxes(motion.inverse(), 1, 2) @ push[..., None])[..., 0]
-    links = {
-        _label for _label, x in zip(system.labelled, motion.mechanism.elements, strict=True) if isinstance(x, Link)
-    }
+    links = {_label for _label, x in zip(system.labelled, motion.mechanism.joints, strict=True) if isinstance(x, Link)}
     angular = set(range(system.starts[1], system.starts[2]))
     columns: dict[str, Any] = {}
     lost = _undetermined(motion)
