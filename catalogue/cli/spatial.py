@@ -48,10 +48,12 @@ class _WithColumns(click.Command):
     """A command with the columns of a wheel in its help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's
-        from ..spatial.jointed.columns import WHEEL, heading
+        from ..spatial.jointed.columns import AXLE, WHEEL, heading
 
         with formatter.section("Columns of a wheel"):
             formatter.write_dl([(heading(name, "length"), meaning) for name, (_, meaning) in WHEEL.items()])
+        with formatter.section("Columns of an axle with two wheels"):
+            formatter.write_dl([(heading(name, "length", AXLE), meaning) for name, (_, meaning) in AXLE.items()])
 
 
 @click.command(

@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from .jointed.sensitivity import sensitivities
     from .jointed.statics import Load, reactions
     from .jointed.transmission import transmission
+    from .jointed.two_wheels import axle
 
 #: Where the names stand.
 _HOME = {
@@ -112,6 +113,7 @@ _HOME = {
     "jointed.sensitivity": "sensitivities",
     "jointed.statics": "Load reactions",
     "jointed.transmission": "transmission",
+    "jointed.two_wheels": "axle",
 }
 _MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
 
@@ -157,6 +159,7 @@ __all__ = [
     "Wheel",
     "anti_dive",
     "assemblies",
+    "axle",
     "fit",
     "follow",
     "in_time",

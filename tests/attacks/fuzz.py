@@ -570,6 +570,7 @@ def _space() -> tuple[dict[str, Call], st.SearchStrategy[Any]]:
         "in_time": (space.in_time, {"reduced": [[1.0, 2.0, 3.0]], "rates": [1.0, 0.0]}),
         "Wheel": (lambda **k: space.kinematics(turn, space.Wheel(**k)), {"carrier": "rocker", "centre": (40, 5, 40), "axis": (0, 1, 0), "radius": 5.0}),
         "kinematics": (space.kinematics, {"motion": turn, "wheel": wheel, "steer": None, "spring": ()}),
+        "axle": (lambda wheelbase: space.axle(turn, wheel, space.Wheel("rocker", (40, -5, 40), (0, 1, 0), 5.0), None, wheelbase), {"wheelbase": 100.0}),
         "anti_dive": (space.anti_dive, {"support_angle": [1.0, 2.0], "wheelbase": 2000.0, "height": 500.0, "share": 0.6}),
         "links": (space.links, {"guide": on_circle}),
         "links of": (lambda **k: space.links(space.OnGuide(**k)), {"body": "arm", "at": (1, 0, 0), "guide": "circle", "parameters": (1.0,), "origin": (0, 0, 0), "quaternion": (1, 0, 0, 0)}),

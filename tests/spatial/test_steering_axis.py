@@ -9,8 +9,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from catalogue.spatial import Joint, Length, Link, Mechanism, OnGuide, Prismatic, Revolute, Spherical, Travel, Wheel
+from catalogue.folders import folder
+from catalogue.spatial import (
+    Joint,
+    Length,
+    Link,
+    Mechanism,
+    OnGuide,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Travel,
+    Wheel,
+    load,
+)
 from catalogue.spatial import kinematics as columns
+from catalogue.spatial.fitting.files import Asked
 from tests.spatial.test_axles import AXIS, BALLS, CENTRE, INNER, LOWER, OUTER, ROD, UPPER, Carrier, polished
 
 RACK, TRAVEL = Joint("rack"), Travel("wheel", CENTRE)
@@ -182,3 +196,18 @@ def test_a_motion_and_a_circuit_are_shown_in_a_line() -> None:
     told = repr(WISHBONE.circuit(TRAVEL, [RACK]))
     assert told.startswith("<Circuit of Travel wheel: from -")
     assert len(told) < 100
+
+
+def test_bounds_of_a_fit_are_on_the_axis_of_the_ball_joints() -> None:
+    """The scrub radius that the example file bounds, by the line through both joints to the ground."""
+    job = load(folder("data") / "spatial" / "double_wishbone.toml")
+    (bound,) = Asked(job).bounds
+    motion = job.mechanism.sweep(bound.over.drive, bound.over.values, bound.over.hold)
+    low, high = motion.point("wheel", (0, 720, -90)), motion.point("wheel", (5, 690, 215))
+    assert job.wheel is not None
+    n = motion.direction("wheel", job.wheel.outboard())
+    down = n * n[:, 2:] - [0, 0, 1]
+    contact = motion.point("wheel", CENTRE) + 310 * down / np.linalg.norm(down, axis=1)[:, None]
+    foot = low + (high - low) * ((contact[:, 2] - low[:, 2]) / (high - low)[:, 2])[:, None]
+    assert bound.name == "scrub radius"
+    assert np.abs(bound.reading(motion) - (contact - foot)[:, 1]).max() < CLOSE

@@ -124,12 +124,9 @@ def kinematics(
     """
     instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
     springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
-    design, radius = motion.each(wheel.centre, "Wheel.centre") * wheel.signs, wheel.rolling_radius()
+    design = motion.each(wheel.centre, "Wheel.centre") * wheel.signs
     side = np.sign(design[:, 1])
-    centre = motion.rows(motion.point(wheel.carrier, wheel.centre)) * wheel.signs
-    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())) * wheel.signs
-    down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
-    contact = centre + radius * down / np.sqrt((down * down).sum(1, keepdims=True))
+    centre, n, contact = contact_point(motion, wheel)
     with np.errstate(all="ignore"):
         columns = {
             "travel": centre[:, 2] - design[:, 2],
@@ -145,6 +142,14 @@ def kinematics(
     table = framed(motion, {heading(k, unit): v for k, v in (columns | in_travel | in_steering).items()})
     table.attrs["reasons"] = {heading(k, unit): reason for k, reason in reasons.items() if reason}
     return table
+
+
+def contact_point(motion: Motion, wheel: Wheel) -> tuple[Array, Array, Array]:
+    """Return wheel centres, axes outwards and contact points, each (n s, 3), in axes of ISO 8855."""
+    centre = motion.rows(motion.point(wheel.carrier, wheel.centre)) * wheel.signs
+    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())) * wheel.signs
+    down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
+    return centre, n, centre + wheel.rolling_radius() * down / np.sqrt((down * down).sum(1, keepdims=True))
 
 
 def _in_travel(

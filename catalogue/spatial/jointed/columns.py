@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 #: By the name of a column: its unit (``"length"`` is that of the mechanism), and its meaning.
 WHEEL = {
     "travel": ("length", "height of the wheel centre above the design pose"),
@@ -29,14 +31,28 @@ WHEEL = {
 }  # fmt: skip
 
 
-def heading(name: str, length: str) -> str:
-    """Return the heading of a column of a wheel, with its unit.
+#: The same of an axle with two wheels.
+AXLE = {
+    "track": ("length", "distance of the contact points across the vehicle"),
+    "total toe": ("deg", "sum of both toe angles"),
+    "steering angle": ("deg", "mean of both wheels, positive to the left"),
+    "roll centre height": ("length", "above the line of the contact points; each wheel travels, steering held"),
+    "roll centre offset": ("length", "to the left of the middle plane"),
+    "Ackermann": ("%", "toe-out in turns over that of wheels that turn about one point of the rear axle's line"),
+    "turning circle": ("length", "diameter of the outer contact point's circle"),
+}  # fmt: skip
+
+
+def heading(name: str, length: str, known: Mapping[str, tuple[str, str]] = WHEEL) -> str:
+    """Return the heading of a column, with its unit.
 
     Parameters
     ----------
     name : str
-        A key of `WHEEL`.
+        A key of `known`.
     length : str
         The unit of length.
+    known : mapping
+        `WHEEL` or `AXLE`.
     """
-    return f"{name} [{WHEEL[name][0].replace('length', length)}]"
+    return f"{name} [{known[name][0].replace('length', length)}]"

@@ -6,7 +6,8 @@ A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]`
 `kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``, ``sum``) and the fields of the scalar, of a sum `of`,
 names of drives, and `weights`; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
-`spring`, names of drives that stand still while the wheel is steered; ``[transmission]`` with `output` and `link`;
+`spring`, names of drives that stand still while the wheel is steered, or two ``[[wheel]]`` with a `name` each;
+``[vehicle]`` with `wheelbase`; ``[transmission]`` with `output` and `link`;
 ``[[reading]]`` with `scalar`, the name of a drive, and `name`.  `axes` are those of the points: ``"ISO 8855"``,
 ``"SAE"`` or ``"x rearwards"``.  ``[hard_points]`` has points by names, which may stand wherever a point does; two names
 are a direction; travel without `along` is upwards.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
@@ -27,7 +28,7 @@ import pandas as pd
 
 from ...errors import CannotDrive, InvalidRequest, quoted
 from ...folders import folder
-from ...given import instance, names, text
+from ...given import instance, names, positive, text
 from . import elements as e
 from .axle import AXES, Wheel, kinematics
 from .instant import ratio
@@ -35,6 +36,7 @@ from .mechanism import Mechanism
 from .motion import Motion
 from .named_points import read_points, resolved
 from .transmission import transmission
+from .two_wheels import axle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,6 +57,7 @@ OTHERS = (
     "point",
     "reading",
     "wheel",
+    "vehicle",
     "transmission",
     "fit",
     "title",
@@ -80,6 +83,9 @@ class Job:
     readings: tuple[tuple[str, Any], ...] = ()
     unused: tuple[str, ...] = ()
     file: str = ""
+    first: str = ""
+    others: tuple[tuple[Wheel, str, str, tuple[str, ...]], ...] = ()
+    wheelbase: float | None = None
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
@@ -161,13 +167,30 @@ class Job:
             parts.append(
                 transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
             )
-        if self.wheel:
-            steer = self.drive(self.steer) if self.steer else None
-            parts.append(kinematics(motion, self.wheel, steer, [self.drive(name) for name in self.spring]))
+        parts += self._wheels(motion)
         whole = pd.concat([part.reset_index(drop=True) for part in parts], axis=1)
         whole = whole.loc[:, ~whole.columns.duplicated()]
         whole.attrs["reasons"] = {k: v for part in parts for k, v in part.attrs.get("reasons", {}).items()}
         return whole.set_index([*parts[0].columns]) if motion.others else whole
+
+    def _wheels(self, motion: Motion) -> list[pd.DataFrame]:
+        """Return the columns of each wheel, of several with their names before them, and of two those of the axle."""
+        out = []
+        every = [(self.wheel, "", self.steer, self.spring), *self.others] if self.wheel else []
+        for wheel, name, steer, spring in every:
+            scalar = self.drive(steer) if steer else None
+            table = kinematics(motion, wheel, scalar, [self.drive(one) for one in spring])
+            if len(every) > 1:
+                first = next(k for k in (name, self.first) if k)
+                named = {column: f"{first} {column}" for column in table if not str(column).startswith("drive [")}
+                reasons = {named[column]: reason for column, reason in table.attrs["reasons"].items()}
+                table = table.rename(columns=named)
+                table.attrs["reasons"] = reasons
+            out.append(table)
+        if len(every) == 2:
+            steered = self.drive(self.steer) if self.steer else None
+            out.append(axle(motion, every[0][0], every[1][0], steered, self.wheelbase))
+        return out
 
     def _read(self, motion: Motion, name: str, scalar: Any) -> pd.DataFrame:
         """Return a scalar over a motion, and its ratio to the travel of the wheel, steering held."""
@@ -254,13 +277,13 @@ def _job(given: dict[str, Any], file: str) -> Job:
             raise InvalidRequest(f"{file}: a point needs body and at")
         for name in ("body", "name"):
             text(f"{file}: {name} of a point", one.get(name, ""))
-    wheel = dict(table_in(given, "wheel", file))
     title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
-    steer = str(wheel.pop("steer", ""))
-    spring = names(f"{file}: spring of the wheel", wheel.pop("spring", ()))
-    if wheel:
-        wheel["axes"] = axes
-    made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
+    wheels = [_wheel(one, axes, file) for one in _wheel_tables(given, file)]
+    made, first, steer, spring = wheels[0] if wheels else (None, "", "", ())
+    vehicle = table_in(given, "vehicle", file)
+    if set(vehicle) - {"wheelbase"}:
+        raise InvalidRequest(f"{file}: vehicle has a wheelbase, not {quoted(next(iter(set(vehicle) - {'wheelbase'})))}")
+    wheelbase = positive(f"{file}: wheelbase", vehicle["wheelbase"]) if vehicle else None
     readings = []
     for one in tables_in(given, "reading", file):
         scalar = str(one.get("scalar", ""))
@@ -268,7 +291,28 @@ def _job(given: dict[str, Any], file: str) -> Job:
             raise InvalidRequest(f"{file}: a reading needs the scalar of a drive, and may have a name")
         readings.append((text(f"{file}: name of a reading", one.get("name", scalar)), drives[scalar]))
     output = table_in(given, "transmission", file)
-    return Job(mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings))
+    return Job(
+        mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings), first=first,
+        others=tuple(wheels[1:]), wheelbase=wheelbase,
+    )  # fmt: skip
+
+
+def _wheel_tables(given: Mapping[str, Any], file: str) -> list[dict[str, Any]]:
+    """Return the tables of wheels: one ``[wheel]``, or several ``[[wheel]]`` with names of their own."""
+    if not isinstance(given.get("wheel"), list):
+        return [dict(one) for one in (table_in(dict(given), "wheel", file),) if one]
+    wheels = [dict(one) for one in tables_in(dict(given), "wheel", file)]
+    called = [one.get("name") for one in wheels]
+    if len(wheels) > 1 and (not all(called) or len(set(map(str, called))) < len(called)):
+        raise InvalidRequest(f"{file}: several wheels need a name each, such as left and right")
+    return wheels
+
+
+def _wheel(given: dict[str, Any], axes: str, file: str) -> tuple[Wheel, str, str, tuple[str, ...]]:
+    """Return a wheel, its name, what steers it, and what is held meanwhile."""
+    steer, name = str(given.pop("steer", "")), text(f"{file}: name of a wheel", given.pop("name", ""))
+    spring = names(f"{file}: spring of the wheel", given.pop("spring", ()))
+    return _made(Wheel, {**given, "axes": axes}, f"{file}: wheel"), name, steer, spring
 
 
 def _coupling(one: Mapping[str, Any], drives: Mapping[str, Any], what: str) -> e.Coupling:

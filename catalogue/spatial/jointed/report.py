@@ -14,7 +14,7 @@ from ...folders import is_folder
 from ...html_table import html_table
 from ...markup import Markup, element, join
 from ...paper import write_bytes
-from .columns import WHEEL, heading
+from .columns import AXLE, WHEEL, heading
 
 if TYPE_CHECKING:
     from .motion import Motion
@@ -66,10 +66,12 @@ def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Seq
         parts += [_picture(figure, "curves over the drive") for figure in drawn]
     rows = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in table.itertuples(index=False)]
     parts.append(element("div", html_table([f">{name}" for name in table], rows)))
-    meanings = [(heading(name, job.mechanism.unit), meaning) for name, (_, meaning) in WHEEL.items()]
-    known = [(name, meaning) for name, meaning in meanings if name in table]
+    every = [
+        (heading(name, job.mechanism.unit, of), meaning) for of in (WHEEL, AXLE) for name, (_, meaning) in of.items()
+    ]
+    known = [(name, meaning) for name, meaning in every if any(str(column).endswith(name) for column in table)]
     if known:
-        parts += [element("h2", "Columns of a wheel"), html_table(["column", "meaning"], known)]
+        parts += [element("h2", "Columns of wheels and axles"), html_table(["column", "meaning"], known)]
     head = element("head", element("meta", charset="utf-8"), element("title", job.title), element("style", STYLE))
     page = element("html", head, element("body", *parts), lang="en")
     write_bytes(b"<!DOCTYPE html>\n" + page.encode(), file)
