@@ -14,7 +14,7 @@ from numbers import Real
 from operator import index
 from os import PathLike
 from types import EllipsisType, UnionType
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -233,11 +233,7 @@ def choice(name: str, given: Any, options: Sequence[str]) -> str:
 
 
 class Stated:
-    """Base of dataclasses that validate fields of type str, int, float and bool.
-
-    Their modules postpone the evaluation of annotations, so types are compared by name: ``name:
-    str``.
-    """
+    """Base of dataclasses that validate fields of type str, int, float and bool."""
 
     def __post_init__(self) -> None:
         for field, name, read in _declared(type(self)):  # type: ignore[arg-type]  # a class can be hashed
@@ -247,13 +243,29 @@ class Stated:
 @cache
 def _declared(kind: Any) -> list[tuple[str, str, Any]]:
     """List the validated fields of a dataclass: field, name for messages, validator."""
-    known = [(field.name, _DECLARED.get(str(field.type))) for field in fields(kind)]
-    return [(name, f"{kind.__name__}.{name.rstrip('_')}", read) for name, read in known if read]
+    known = {name: _DECLARED[of] for name, of in field_types(kind).items() if of in _DECLARED}
+    return [(name, f"{kind.__name__}.{name.rstrip('_')}", read) for name, read in known.items()]
 
 
-_DECLARED: dict[str, Any] = {
-    "str": text,
-    "int": lambda name, given: whole(name, given, 0),
-    "float": number,
-    "bool": switch,
+_DECLARED: Mapping[Any, Any] = {
+    str: text,
+    int: lambda name, given: whole(name, given, 0),
+    float: number,
+    bool: switch,
 }
+
+
+@cache
+def field_types(kind: Any) -> dict[str, Any]:
+    """Resolve the types of a dataclass's fields, postponed annotations too.
+
+    A name that is imported for type checkers only resolves to `Any`.
+    """
+    unknown: dict[str, Any] = {}
+    while True:
+        try:
+            hints = get_type_hints(kind, localns=unknown)
+        except NameError as error:
+            unknown[str(error.name)] = Any
+        else:
+            return {field.name: hints[field.name] for field in fields(kind)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, make_dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -18,6 +18,10 @@ class Stake(Stated):
     name: str
     height: float = 1.0
     number: int = 0
+
+
+#: A dataclass whose types are no text, as in a module that does not postpone its annotations.
+Post = make_dataclass("Post", [("name", str), ("height", float)], bases=(Stated,), frozen=True)
 
 
 @pytest.mark.parametrize(
@@ -90,6 +94,7 @@ def test_objects_are_taken_by_their_type() -> None:
         (lambda: whole("x", 5, 0, 4), "x must be at most 4, not 5"),
         (lambda: Stake(5), "Stake.name must be of type str, not 5"),  # type: ignore[arg-type]  # what is tried
         (lambda: Stake("a", "b"), "Stake.height must be a number, not 'b'"),  # type: ignore[arg-type]
+        (lambda: Post("a", "b"), "Post.height must be a number, not 'b'"),
         (lambda: Stake("a", 1, -1), "Stake.number must be at least 0, not -1"),
     ],
 )

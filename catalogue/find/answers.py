@@ -13,13 +13,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import NoneType, UnionType
+from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import replacing
 from ..foreign_code import NAME
-from ..given import number, positive, switch, whole
+from ..given import field_types, number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
 from ..problem.request import consistent_arc, point
@@ -230,29 +231,31 @@ def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | No
 
 def _sound(one: Answer) -> Answer:
     """Check the types of the fields of an answer; `ValueError` for a wrong one."""
-    for f in fields(one):
-        value = getattr(one, f.name)
-        if value is None and "None" in str(f.type):
+    for name, declared in field_types(type(one)).items():  # type: ignore[arg-type]  # a class can be hashed
+        value = getattr(one, name)
+        choices = get_args(declared) if isinstance(declared, UnionType) else ()
+        if value is None and NoneType in choices:
             continue
-        if f.name in ("stroke", "radius"):
-            positive(f.name, value)
-        elif str(f.type).startswith("int"):
-            whole(f.name, value, 0)
-        elif f.name == "unit":
+        kind = next((choice for choice in choices if choice is not NoneType), declared)
+        if name in ("stroke", "radius"):
+            positive(name, value)
+        elif kind is int:
+            whole(name, value, 0)
+        elif name == "unit":
             millimetres(value)
-        elif str(f.type).startswith("float"):
-            if not math.isfinite(number(f.name, value)):
-                raise InvalidRequest(f"{f.name} must be finite, not {quoted(value)}")
-        elif str(f.type).startswith("str"):
-            printable(f.name, value)
-            if f.name in NAMES and value and not NAME.fullmatch(value):
-                raise InvalidRequest(f"{f.name} must be a name, not {quoted(value)}")
-        elif f.type == "bool":
-            switch(f.name, value)
-        elif f.name in ("guided", "pole", "start", "joint", "pivot"):
-            point(f.name, value)
-        elif str(f.type).startswith("list") and not isinstance(value, list):
-            raise InvalidRequest(f"{f.name} must be a list, not {quoted(value)}")
+        elif kind is float:
+            if not math.isfinite(number(name, value)):
+                raise InvalidRequest(f"{name} must be finite, not {quoted(value)}")
+        elif kind is str:
+            printable(name, value)
+            if name in NAMES and value and not NAME.fullmatch(value):
+                raise InvalidRequest(f"{name} must be a name, not {quoted(value)}")
+        elif kind is bool:
+            switch(name, value)
+        elif name in ("guided", "pole", "start", "joint", "pivot"):
+            point(name, value)
+        elif get_origin(kind) is list and not isinstance(value, list):
+            raise InvalidRequest(f"{name} must be a list, not {quoted(value)}")
     if isinstance(one, PlacedGuide):
         Linkage(one.pivots)
     if isinstance(one, Candidate) and one.arc_angle is not None:
