@@ -67,6 +67,7 @@ class _WithColumns(click.Command):
         option("--steps", "N", "Positions.", click.IntRange(2), default=21),
         switch("--path", "Let all drives go along one path together, with as many values each."),
         HELD,
+        option("--sensitivity", "COLUMN", "Print what a unit of each coordinate of each hard point does to a column."),
         option("--plot", "FILE", "Draw the mechanism with its paths: PNG, SVG or PDF.", OUTPUT),
         option("--plot-curves", "FILE", "Plot the columns over the drive.", OUTPUT),
         option("--report", "FILE", "Write a page with picture, curves and table: HTML.", OUTPUT),
@@ -89,6 +90,7 @@ def sweep(
     format: str,
     to: float | None,
     columns: str | None,
+    sensitivity: str | None,
     plot: Path | None,
     plot_curves: Path | None,
     report: Path | None,
@@ -105,9 +107,9 @@ def sweep(
     with busy("moving it"):
         job = load(file, points)
         motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
-        whole = job.table(motion)
+        whole = job.table(motion) if sensitivity is None else job.sensitivities(motion, sensitivity)
         unknown, keys = _unknown(whole), len(motion.drives)
-        whole = _chosen(whole.reset_index() if motion.others else whole, columns, keys)
+        whole = _chosen(whole.reset_index() if motion.others or sensitivity is not None else whole, columns, keys)
         table = whole[motion.success]
     if plot:
         job.plot(motion, plot)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from catalogue.errors import InvalidRequest
+from catalogue.folders import folder
 from catalogue.spatial import (
     Joint,
     Link,
@@ -18,10 +22,12 @@ from catalogue.spatial import (
     Travel,
     Wheel,
     kinematics,
+    load,
     reactions,
     sensitivities,
     transmission,
 )
+from tests.spatial.test_files import run
 
 INNER = np.array([[-120, 450, 230], [130, 440, 240], [-150, 400, -60], [140, 390, -70], [90, 420, -10.0]])
 OUTER = np.array([[-10, 690, 210], [15, 695, 215], [-20, 720, -90], [25, 715, -95], [110, 700, -5.0]])
@@ -112,3 +118,27 @@ def test_sensitivities_are_differences_of_designs() -> None:
             got = table[f"{label} {'xyz'[axis]}"].to_numpy()
             assert np.abs(got - (plus - minus) / (2 * h)).max() < 1e-8
             assert abs(got[1]) < 1e-9  # the design pose stays what it is
+
+
+def test_the_command_prints_reactions_and_sensitivities(tmp_path: Path) -> None:
+    """Of a file with a load, those of Python; of two drives too."""
+    source = (folder("data") / "spatial" / "double_wishbone.toml").read_text("utf-8")
+    file = tmp_path / "axle.toml"
+    load_table = '[[load]]\nbody = "wheel"\nforce = [-2000, 1500, 4000]\nat = [5, 765, -310]\n'
+    file.write_text(f"{source}\n{load_table}")
+    job = load(file)
+    motion = job.sweep({"travel": [-40.0, 30.0]}, {"rack": 5.0})
+    expected = reactions(motion, [Load("wheel", (-2000, 1500, 4000), (5, 765, -310))])
+    drives = ("--drive", "travel=-40,30", "--hold", "rack=5", "--format", "csv")
+    printed = pd.read_csv(io.StringIO(run("sweep", str(file), *drives).stdout))
+    assert np.allclose(printed["tie rod [N]"], expected["tie rod [N]"])
+    assert np.allclose(printed["drive [N]"], expected["drive [N]"])
+    table = pd.read_csv(io.StringIO(run("sweep", str(file), *drives, "--sensitivity", "toe").stdout))
+    by_hand = sensitivities(motion, lambda m: job.table(m)["toe [deg]"])
+    assert np.allclose(table["tie rod.from z"], by_hand["tie rod.from z"], rtol=1e-9)
+    both = ("--drive", "travel=-40,30", "--drive", "rack=0,5", "--format", "csv", "--sensitivity", "camber [deg]")
+    grid = pd.read_csv(io.StringIO(run("sweep", str(file), *both).stdout))
+    assert len(grid) == 4
+    assert np.isfinite(grid.to_numpy()).all()
+    refused = run("sweep", str(file), *drives, "--sensitivity", "tow")
+    assert "no column is headed 'tow'" in str(refused.exception)

@@ -7,7 +7,8 @@ A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]`
 names of drives, and `weights`; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
 `spring`, names of drives that stand still while the wheel is steered, or two ``[[wheel]]`` with a `name` each;
-``[vehicle]`` with `wheelbase`; ``[transmission]`` with `output` and `link`;
+``[vehicle]`` with `wheelbase`; ``[[load]]`` with the fields of `Load`, for reactions; ``[transmission]`` with `output`
+and `link`;
 ``[[reading]]`` with `scalar`, the name of a drive, and `name`.  `axes` are those of the points: ``"ISO 8855"``,
 ``"SAE"`` or ``"x rearwards"``.  ``[hard_points]`` has points by names, which may stand wherever a point does; two names
 are a direction; travel without `along` is upwards.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
@@ -35,6 +36,8 @@ from .instant import ratio
 from .mechanism import Mechanism
 from .motion import Motion
 from .named_points import read_points, resolved
+from .sensitivity import sensitivities
+from .statics import Load, reactions
 from .transmission import transmission
 from .two_wheels import axle
 
@@ -58,6 +61,7 @@ OTHERS = (
     "reading",
     "wheel",
     "vehicle",
+    "load",
     "transmission",
     "fit",
     "title",
@@ -86,6 +90,7 @@ class Job:
     first: str = ""
     others: tuple[tuple[Wheel, str, str, tuple[str, ...]], ...] = ()
     wheelbase: float | None = None
+    loads: tuple[Load, ...] = ()
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
@@ -168,10 +173,33 @@ class Job:
                 transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
             )
         parts += self._wheels(motion)
+        if self.loads:
+            parts.append(reactions(motion, self.loads))
         whole = pd.concat([part.reset_index(drop=True) for part in parts], axis=1)
         whole = whole.loc[:, ~whole.columns.duplicated()]
         whole.attrs["reasons"] = {k: v for part in parts for k, v in part.attrs.get("reasons", {}).items()}
         return whole.set_index([*parts[0].columns]) if motion.others else whole
+
+    def sensitivities(self, motion: Motion, column: str) -> pd.DataFrame:
+        """Return the derivative of a column by every coordinate of every hard point, one row per pose.
+
+        Parameters
+        ----------
+        motion : Motion
+        column : str
+            Its heading, with or without the unit.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such column.
+        """
+        headings = list(map(str, self.table(motion).columns))
+        found = next((h for h in headings if column in (h, h.partition(" [")[0])), None)
+        if found is None:
+            raise InvalidRequest(f"no column is headed {quoted(column)}: {', '.join(headings)}")
+        name = found
+        return sensitivities(motion, lambda moved: self.table(moved)[name].to_numpy())
 
     def _wheels(self, motion: Motion) -> list[pd.DataFrame]:
         """Return the columns of each wheel, of several with their names before them, and of two those of the axle."""
@@ -284,6 +312,7 @@ def _job(given: dict[str, Any], file: str) -> Job:
     if set(vehicle) - {"wheelbase"}:
         raise InvalidRequest(f"{file}: vehicle has a wheelbase, not {quoted(next(iter(set(vehicle) - {'wheelbase'})))}")
     wheelbase = positive(f"{file}: wheelbase", vehicle["wheelbase"]) if vehicle else None
+    loads = tuple(_made(Load, one, f"{file}: load {i + 1}") for i, one in enumerate(tables_in(given, "load", file)))
     readings = []
     for one in tables_in(given, "reading", file):
         scalar = str(one.get("scalar", ""))
@@ -293,7 +322,7 @@ def _job(given: dict[str, Any], file: str) -> Job:
     output = table_in(given, "transmission", file)
     return Job(
         mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings), first=first,
-        others=tuple(wheels[1:]), wheelbase=wheelbase,
+        others=tuple(wheels[1:]), wheelbase=wheelbase, loads=loads,
     )  # fmt: skip
 
 
