@@ -19,8 +19,8 @@ from .tables import FORCE, OUTPUT, print_table
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ..spatial.jointed.job import Job
     from ..spatial.jointed.motion import Motion
-    from ..spatial.jointed.reading import Job
 
 #: Part of the largest number of a column below which one is shown as 0.
 ROUNDING = 1e-12
@@ -176,7 +176,7 @@ def _moved(
     job: Job, drives: Sequence[tuple[str, str]], hold: Sequence[str], way: tuple[float | None, float | None, int],
     path: bool,
 ) -> tuple[Motion, str]:  # fmt: skip
-    """Return a motion over the values of drives, or over the circuit of one, and where it ends and why."""
+    """Sweep the drives, or follow the circuit of one; tell where and why it ends."""
     import numpy as np
 
     held = {name: _held(name, value) if value else None for name, value in map(_named, hold)}

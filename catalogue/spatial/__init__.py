@@ -79,10 +79,11 @@ if TYPE_CHECKING:
         Travel,
         Universal,
     )
+    from .jointed.job import Job
     from .jointed.links import PAIRS, links
     from .jointed.mechanism import Mechanism, Mobility
     from .jointed.motion import Motion, in_time
-    from .jointed.reading import Job, load
+    from .jointed.reading import load
     from .jointed.sensitivity import sensitivities
     from .jointed.statics import Load, reactions
     from .jointed.transmission import transmission
@@ -109,7 +110,8 @@ _HOME = {
     "jointed.links": "PAIRS links",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
-    "jointed.reading": "Job load",
+    "jointed.job": "Job",
+    "jointed.reading": "load",
     "jointed.sensitivity": "sensitivities",
     "jointed.statics": "Load reactions",
     "jointed.transmission": "transmission",

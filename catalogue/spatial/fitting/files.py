@@ -26,8 +26,9 @@ from ...errors import InvalidRequest, quoted
 from ...folders import replacing
 from ...given import array
 from ...kinematics.types import Array
+from ..jointed.job import Job
 from ..jointed.motion import Motion
-from ..jointed.reading import ELEMENTS, Job, table_in, tables_in
+from ..jointed.reading import ELEMENTS, table_in, tables_in
 from .boxes import FIELDS, Box
 from .fit import fit
 from .outcome import Fit

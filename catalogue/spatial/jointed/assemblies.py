@@ -1,4 +1,4 @@
-"""All ways to put a mechanism together at a value of its drive, by Newton's method from random poses.
+"""Assemblies at a value of the drive, by Newton's method from random poses.
 
 Random starts cannot prove that nothing was missed; how often each assembly was found says how likely that is.
 """
@@ -74,7 +74,7 @@ class FoundAssemblies:
 
 
 def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int, int]:
-    """Return states (a, numbers), hits, and the numbers of starts and of those that found nothing new.
+    """Search assemblies: states (a, numbers), hits, starts, fruitless starts.
 
     128 starts are made at first, then twice as many, until each assembly was found `hits` times or `most` were made.
     """
@@ -108,7 +108,7 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
 
 
 def closed(system: System, y: Array) -> Array:
-    """Return which states (n, numbers) satisfy all conditions, those that others imply too, with no joint reversed."""
+    """Check states (n, numbers) against all conditions and for reversed joints."""
     with np.errstate(all="ignore"):
         rotation, shift = system.poses(y)
         ends, vectors = system.attached(rotation, shift)

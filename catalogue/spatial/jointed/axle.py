@@ -69,7 +69,7 @@ class Wheel(Stated):
 
     @property
     def signs(self) -> Array:
-        """Signs of coordinates in `axes` from those of ISO 8855, a half turn about x or z, shape (3,)."""
+        """Signs (3,) that turn coordinates of `axes` into ISO 8855."""
         return np.array(AXES[self.axes])
 
     def rolling_radius(self) -> float:
@@ -145,7 +145,7 @@ def kinematics(
 
 
 def contact_point(motion: Motion, wheel: Wheel) -> tuple[Array, Array, Array]:
-    """Return wheel centres, axes outwards and contact points, each (n s, 3), in axes of ISO 8855."""
+    """Compute wheel centres, outward axes and contact points, (n s, 3), in ISO 8855."""
     centre = motion.rows(motion.point(wheel.carrier, wheel.centre)) * wheel.signs
     n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())) * wheel.signs
     down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
@@ -155,7 +155,7 @@ def contact_point(motion: Motion, wheel: Wheel) -> tuple[Array, Array, Array]:
 def _in_travel(
     motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array, n: Array
 ) -> tuple[str, dict[str, Array]]:
-    """Return why columns are NaN, and those of the motion in which the wheel centre rises, steering held."""
+    """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
     up, still = Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2])), (steer,) if steer else ()
     moved = _seen(motion, wheel, centre, up, still)
     if moved.reason and motion.held:
@@ -185,7 +185,7 @@ def _in_steering(
     motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], centre: Array, contact: Array,
     side: Array,
 ) -> tuple[str, dict[str, Array]]:  # fmt: skip
-    """Return why columns are NaN, and those of the axis about which the wheel is steered, springs held."""
+    """Compute the columns of the steering axis with springs held, and the reason for NaN."""
     if steer is None:
         return "", {}
     still = springs or _arms(motion, wheel.carrier)
@@ -204,7 +204,7 @@ def _in_steering(
 
 
 def _seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Sequence[Scalar]) -> Instant:
-    """Return the motion of a wheel at an instant in axes of ISO 8855, its centre where it is in them."""
+    """Compute the instant motion of a wheel about its centre, in ISO 8855."""
     moved = instant(motion, wheel.carrier, centre * wheel.signs, moving, still, "the wheel")
     return moved._replace(velocity=moved.velocity * wheel.signs, spin=moved.spin * wheel.signs)
 

@@ -1,4 +1,4 @@
-"""What each column of a wheel means, and what stands still where it is a rate."""
+"""Definitions of the columns of wheels and axles."""
 
 from __future__ import annotations
 

@@ -43,14 +43,14 @@ class Curve:
         return self._every(y)[0][:, self.system.rows :]
 
     def _every(self, y: Array) -> tuple[Array, Array]:
-        """Return what all conditions lack and values of scalars (n, c + k), and the Jacobian of both."""
+        """Evaluate all residuals and scalars (n, c + k) and their Jacobian."""
         if self.system.fast:
             return compiled.evaluate(self.system.fast, y)
         residual, values, jacobian = self.system.evaluate(y)
         return np.concatenate([residual, values], axis=1), jacobian
 
     def every(self, y: Array) -> tuple[Array, Array, Array, Array]:
-        """Return what a call returns, of all conditions, those that others imply too."""
+        """Evaluate the curve with all conditions, redundant ones too."""
         whole = np.broadcast_to(np.arange(self.system.rows), (len(y), self.system.rows))
         return (replace(self, rows=whole) if self.system.redundant else self)(y)
 
@@ -70,7 +70,7 @@ class Curve:
 
 
 def pivots(jacobian: Array, count: int) -> Array:
-    """Choose rows (n, count) of Jacobians (n, rows, m) that span all others best, by elimination with full pivoting."""
+    """Select independent rows (n, count) of Jacobians (n, rows, m) by full pivoting."""
     left, (n, _, m) = jacobian.copy(), jacobian.shape
     who, chosen = np.arange(n), np.empty((n, count), int)
     for k in range(count):

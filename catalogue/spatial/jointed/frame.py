@@ -12,7 +12,9 @@ from .motion import Motion
 
 
 def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.DataFrame:
-    """Return columns (n s,) after that of the drive, or indexed by it, with a level ``mechanism`` for a batch.
+    """Frame columns (n s,) with the drive first, or indexed by it.
+
+    A batch has a level ``mechanism``.
 
     Of several drives the frame is indexed by all of them.
     """

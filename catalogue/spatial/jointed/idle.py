@@ -40,8 +40,8 @@ def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collect
             if _straight(points, points.of(body), *line):
                 out.append(_kept(points, body, on, p.direction[0]))
         elif p.joint_kind == FREE and points.of(body):
-            telescope = all(q.joint_kind in (PRISMATIC, CYLINDRICAL) and q.bodies[0] not in loops.turned
-                            and q.bodies[0] not in {r.on[0] for r in placed} for q in sliding)  # fmt: skip
+            carriers = loops.turned | {r.on[0] for r in placed}
+            telescope = all(q.joint_kind in (PRISMATIC, CYLINDRICAL) and q.bodies[0] not in carriers for q in sliding)
             every = [*points.of(body), *(end for q in sliding for end in points.of(q.bodies[0]))]
             every += [q.point[0] for q in sliding if q.joint_kind == CYLINDRICAL]
             far = max(every, key=lambda end: float(np.abs(points.points[end][0] - points.points[every[0]][0]).max()))

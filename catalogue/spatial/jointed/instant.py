@@ -72,7 +72,7 @@ def instant(
 
 
 def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar]) -> tuple[Array, str]:
-    """Compute the rate of a scalar per unit of another while others keep their values, and why any is NaN.
+    """Compute the rate of a scalar per unit of another, others held.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar
 
 
 def value(motion: Motion, scalar: Scalar) -> Array:
-    """Return the value of any scalar over a motion, (n s,), in the unit of length or radians."""
+    """Evaluate any scalar over a motion, (n s,) [length or rad]."""
     curve, y = motion.flat()
     stated = motion.stated
     if identity(scalar) in stated:
@@ -98,7 +98,9 @@ def value(motion: Motion, scalar: Scalar) -> Array:
 
 
 def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
-    """Return rates (n, r) of readings (n, r, f) per unit of a scalar, others standing still, and why any is NaN."""
+    """Compute rates (n, r) of readings (n, r, f) per unit of a scalar, others held.
+
+    With them the reason for any NaN."""
     rows = np.stack([gradient(motion, s) for s in (moving, *still, *motion.mechanism.couplings)], axis=1)
     size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
     rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
@@ -122,9 +124,11 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
 
 
 def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
-    """Return rates (n, f) at which the first of unit rows (n, k, f) moves, which can, and what they leave free.
+    """Solve unit rows (n, k, f) for rates (n, f) that move the first row alone.
 
-    Nothing is left free, None, where the first row and others of the middle pose are far from singular in every pose.
+    With them the feasible ones, and a projector on the rates left free.
+
+    The projector is None where the first row and others of the middle pose are far from singular in every pose.
     """
     n, k, f = rows.shape
     goal = np.zeros((n, k))
@@ -144,7 +148,7 @@ def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
 
 
 def _meets(rows: Array, rate: Array, goal: Array) -> Array:
-    """Return where rates meet what all rows are to be."""
+    """Check rates against the goals of all rows."""
     return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK * goal[:, 0])
 
 
@@ -174,7 +178,7 @@ def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoint
 
 
 def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:
-    """Return where points (n s, e, 3) and directions (n s, v, 3) of bodies are, without dimensions."""
+    """Place points (n s, e, 3) and directions (n s, v, 3) of bodies, dimensionless."""
     system = motion.curve.system
     rotation, shift = (v[0] for v in motion.poses())
     ends = [

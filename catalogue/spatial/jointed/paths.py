@@ -1,4 +1,4 @@
-"""A path of the values of all scalars, followed by predictor and corrector in its own parameter."""
+"""Continuation along a path of the values of all scalars."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Followed:
 
 
 def follow(system: System, y: Array, course: Course) -> Followed:
-    """Follow a path of all scalars from states (n, numbers) that are where it begins.
+    """Follow a path of all scalars from states (n, numbers) at its beginning.
 
     Predictor and corrector: Newton's method on conditions and scalars, from the cubic through the last two nodes.
     """
@@ -118,7 +118,7 @@ def follow(system: System, y: Array, course: Course) -> Followed:
 def _step(
     system: System, nodes: Sequence[Any], sign: Array, some: Array, course: Course, to: float
 ) -> tuple[Array, ...]:
-    """Return states at a parameter, rates, sizes of first corrections, and which are on the same smooth motion."""
+    """Try a step: states, rates, sizes of first corrections, and accepted ones."""
     here, y, rate = nodes[-1]
     if len(nodes) > 1:
         before, y0, rate0 = nodes[-2]
@@ -155,7 +155,7 @@ def _square(curve: Curve, y: Array, values: Array) -> tuple[Array, Array]:
 
 
 def _rates(curve: Curve, y: Array, course: Course, at: float, some: Array | None = None) -> tuple[Array, Array]:
-    """Return rates (n, numbers) of states by the parameter of a path, and the signs of their Jacobians."""
+    """Solve for rates (n, numbers) by the path's parameter, with signs of Jacobians."""
     wanted = course.rates(at) if some is None else course.rates(at)[some]
     _, square = _square(curve, y, course.values(at) if some is None else course.values(at)[some])
     right = np.zeros(square.shape[:2])

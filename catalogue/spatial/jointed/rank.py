@@ -1,4 +1,4 @@
-"""How many conditions of a mechanism are independent, and which of them stand for all others in a pose."""
+"""Rank of the conditions of a mechanism, and an independent set of them."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Rank(NamedTuple):
 
 
 def rank_of(system: System) -> Rank:
-    """Find the rank of the conditions of the first mechanism in the design pose, and in a pose beside it."""
+    """Compute the rank of the conditions in the design pose and beside it."""
     system = system.take(np.array([0])) if len(system.points) > 1 else system
     y = system.design[None]
     j = system.evaluate(y)[2][0, : system.rows]
@@ -73,7 +73,7 @@ def rank_of(system: System) -> Rank:
 
 
 def _aside(system: System, y: Array, free: Array, least: float) -> Array:
-    """Return a state beside one, along rates (f, m), corrected by the singular values above a least one."""
+    """Step aside along rates (f, m) and correct by truncated singular values."""
     direction = free.T @ np.random.default_rng(1).normal(size=len(free))
     y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
     for _ in range(30):
@@ -86,7 +86,7 @@ def _aside(system: System, y: Array, free: Array, least: float) -> Array:
 
 
 def missed_by(system: System) -> tuple[str, float] | None:
-    """Return the condition that a structure misses most beside its design pose, and by how much [units].
+    """Find the condition that a structure misses most beside its design pose [units].
 
     None if it is far from moving: its hard points are not those of a mechanism, rounded.
     """

@@ -17,8 +17,8 @@ from ...paper import write_bytes
 from .columns import AXLE, WHEEL, heading
 
 if TYPE_CHECKING:
+    from .job import Job
     from .motion import Motion
-    from .reading import Job
 
 #: Panels of one picture of curves: as many as `drawing.curves` plots on a sheet.
 MOST = 24

@@ -19,7 +19,7 @@ MOST = 1_000_000
 
 @dataclass(frozen=True)
 class Drives:
-    """Scalars that drive with their values, and scalars that are held, as a sweep is asked for.
+    """Driving scalars with their values, and held scalars, of a sweep.
 
     Attributes
     ----------

@@ -31,7 +31,7 @@ BEYOND = "dead point"
 
 
 class Poses(NamedTuple):
-    """States (N, numbers) with the values of all scalars there (N, f), and of which mechanism each is, (N,)."""
+    """States (N, numbers), their scalars (N, f), and their mechanisms (N,)."""
 
     states: Array
     values: Array
@@ -103,7 +103,7 @@ def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], 
 
 
 def _moved(system: System, y: Array, points: Array, order: tuple[Scalar, ...], stops: list[list[str]]) -> Array:
-    """Return states (p, n, numbers) at points (p, n, f) of a path that begins at states (n, numbers)."""
+    """Follow a path from states (n, numbers) to its points (p, n, f)."""
     course = Course.through(points)
     way = follow(system, y, course)
     for i in np.flatnonzero(way.reached < course.end):
@@ -137,7 +137,7 @@ def _legs(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, sto
 
 
 def _leg(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list[str]]) -> Array:
-    """Return states (N, s, numbers) where one drive has values (s,), from poses in which all others have theirs."""
+    """Sweep one drive over values (s,) from many poses: states (N, s, numbers)."""
     states = np.full((len(here.states), len(goal), here.states.shape[1]), np.nan)
     some = np.flatnonzero(np.isfinite(here.states).all(1))
     y = here.states[some]
