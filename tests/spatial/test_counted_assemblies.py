@@ -115,3 +115,18 @@ def test_a_platform_with_forty_postures_says_what_may_be_missing_and_finds_all(t
     done = run("assemblies", str(file), "--drive", "leg", "--at", "1", "--most", "600", "--hits", "9", "--seed", "4")
     assert "found by 600 random starts" in done.stderr
     assert "others may be missing" in done.stderr
+
+
+def test_an_odd_number_is_told_where_loops_are_closed_by_independent_conditions() -> None:
+    """Not of a pair of wheels without a loop, nor of parallel cranks, whose conditions imply each other."""
+    wheels = [Revolute("a", (0, 0, 0), axis=Z), Revolute("b", (3, 0, 0), axis=Z, on="a")]
+    free = Mechanism(wheels).assemblies(Joint("a"), 0.2, [Joint("b")])
+    assert len(free.hits) == 1
+    assert not any("odd" in line for line in free.remarks())
+    rocker = Revolute("rocker", (4, 0, 1), axis=(0, 1, 0))
+    rssr = Mechanism([wheels[0], rocker, Link("a", (1, 0, 0), "rocker", (4, 0, 3))])
+    assert len(rssr.assemblies(Joint("a"), 0.2).hits) == 2
+    one = next(
+        found for seed in range(9) if len((found := rssr.assemblies(Joint("a"), 0.2, most=1, seed=seed)).hits) == 1
+    )
+    assert any("odd" in line for line in one.remarks())

@@ -66,7 +66,8 @@ class FoundAssemblies:
                 f"others may be missing: {self.scarce} of these were found less than {self.wanted} times; "
                 "make more starts"
             )
-        if not self.even:
+        system = self.motion.curve.system
+        if not self.even and system.rows and not system.redundant:
             lines.append(
                 "an odd number: where links, balls and revolutes close the loops, one is missing or two coincide"
             )
