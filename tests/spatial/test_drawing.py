@@ -309,3 +309,14 @@ def test_names_leave_links_bodies_and_the_arms_of_a_cross_free(monkeypatch: pyte
             between = sheet.flat(np.array([0.9 * a + 0.1 * b, 0.1 * a + 0.9 * b]))
             step = np.linalg.norm(np.subtract(*sheet.flat(np.array([a, b])))) / 24
             assert (np.linalg.norm(kept - between[:, None], axis=2).min(1) <= step).all()
+
+
+def test_over_a_grid_a_point_is_followed_along_its_first_drive() -> None:
+    job = load(folder("data") / "spatial" / "double_wishbone.toml")
+    grid = job.sweep({"travel": [-40, -10, 20], "rack": [-5, 0, 5]}, {}, grid=True)
+    seen = scene(job.mechanism, grid, job.wheel)
+    alone = job.sweep({"travel": [-40, -10, 20]}, {"rack": 0.0})
+    assert job.wheel is not None
+    np.testing.assert_allclose(seen.paths["wheel centre"], alone.point("wheel", job.wheel.centre), atol=1e-9)
+    path = job.sweep({"travel": [-40, -10, 20], "rack": [-5, 0, 5]}, {})
+    assert len(scene(job.mechanism, path, job.wheel).paths["wheel centre"]) == 3

@@ -57,7 +57,7 @@ def _chosen(motion: Motion) -> list[int]:
     last = system.scalars[-len(motion.drives) :]
     design = system.evaluate(system.design[None])[1][0, -len(last) :]
     off = motion.values[good] / [scalar.unit for scalar in last] - design
-    first = int(good[np.abs(off).max(1).argmin()])
+    first = int(good[(off**2).sum(1).argmin()])
     rotation, shift = system.poses(motion.states[0])
     apart = (
         np.abs(rotation[0, good[0]] - rotation[0, good[-1]]).max()
@@ -83,7 +83,8 @@ def scene(
     if wheel:
         follow = {"wheel centre": (wheel.carrier, wheel.centre), **follow}
         rings = [_ring(poses, wheel)]
-    paths = {name: motion.point(body, at) for name, (body, at) in follow.items()} if motion else {}
+    along = _along(motion, poses.which[0]) if motion else slice(None)
+    paths = {name: motion.point(body, at)[along] for name, (body, at) in follow.items()} if motion else {}
     balls, fixed = _joints(mechanism, poses)
     bodies = _bodies(mechanism, poses, size, follow)
     curves, patches = _guides(mechanism, poses, size)
@@ -93,6 +94,14 @@ def scene(
         bodies, _axes(mechanism, poses, bodies, size), balls, fixed, curves, patches, rings, paths,
         title or _title(mechanism), _note(motion), mechanism.unit,
     )  # fmt: skip
+
+
+def _along(motion: Motion, drawn: int) -> Array:
+    """Return the poses along one line of a grid, that of its first drive through the pose drawn; else all."""
+    values = motion.values
+    if len(values) < np.prod([len(np.unique(column)) for column in values.T]) or not motion.others:
+        return np.arange(len(values))
+    return np.flatnonzero((values[:, 1:] == values[drawn, 1:]).all(1))
 
 
 def _has(x: Any, field: str) -> bool:
