@@ -1,8 +1,9 @@
 """Series general: any linkage with a finite pole whose cubics do not degenerate (s, kappa, kappa* other than zero).
 
-With a = S/R, b = S/R* and the tangents t of their rays, all four principal pairs have t1 + t2 + t3 + t4 = a + b and
-t1 t2 t3 t4 = a b; the undulation point stands on the ray t = -a, the cuspidation point on t = -b.  Inversion turns
-(a, b) into (b, a) up to a mirror image and leaves the tangents; the series is its own inverse.
+With a = S/R, b = S/R* and the tangents t of their rays, all four principal pairs have t1 + t2 + t3
++ t4 = a + b and t1 t2 t3 t4 = a b; the undulation point stands on the ray t = -a, the cuspidation
+point on t = -b.  Inversion turns (a, b) into (b, a) up to a mirror image and leaves the tangents;
+the series is its own inverse.
 """
 
 from collections.abc import Callable, Iterator
@@ -124,7 +125,7 @@ def pseudo_undulation_slide(p: Parameters) -> Parameters:
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """Solve e1 = e3, a sum of angles of zero (not in Allievi), for kappa and S."""
+    """Solve phi1 + ... + phi4 = 0, or e1 = e3 (not in Allievi), for kappa and S."""
     both, product = p["phi1"] + p["phi2"], np.tan(p["phi1"]) * np.tan(p["phi2"])
     kappa = 0.5 * (np.sin(both) / np.cos(p["chi"]) - 1)
     return {"kappa": kappa, "s": (np.sin(p["chi"]) - np.cos(both)) / (2 * product * np.cos(p["chi"]))}
@@ -167,7 +168,10 @@ def double_undulation_slide(p: Parameters) -> Parameters:
 
 # -- guides and membership ------------------------------------------------------------------------------------------
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3], [4] by eqs. (21), (22), of order 5 iff e1 = e3; undulation and cuspidation, each of which may be one."""
+    """[3], [4] by eqs. (21), (22), of order 5 iff e1 = e3.
+
+    Undulation and cuspidation, each of which may be one.
+    """
     s, kappa, t1, t2 = p["s"], p["kappa"], np.tan(p["phi1"]), np.tan(p["phi2"])
     a, b = kappa / s, (kappa + 1) / s
     total, product = a + b - t1 - t2, a * b / (t1 * t2)

@@ -1,7 +1,7 @@
 """Series I.GG: the coupler is parallel to the line of the fixed pivots.
 
-Both driving pairs lie on the circles of the degenerate cubics, r = R sin(phi) and r* = R* sin(phi); two further
-principal pairs lie on the pole normal, and Ball's point is the inflection pole.
+Both driving pairs lie on the circles of the degenerate cubics, r = R sin(phi) and r* = R* sin(phi);
+two further principal pairs lie on the pole normal, and Ball's point is the inflection pole.
 """
 
 from collections.abc import Iterator
@@ -96,7 +96,8 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 def solve(posed: Posed) -> Array | None:
     """Both fixed pivots given.  The pair on the pole normal: two linkages, which guide it to order 3.  A circle, on
-    those of the cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5 (Roberts)."""
+    those of the cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5
+    (Roberts)."""
     if posed.given != "fixed":
         return None
     (one, two), axis = posed.pivots.T, posed.axis

@@ -1,6 +1,7 @@
 """Series I.yy: dead points.  All pivots lie on the pole normal, where two smooth branches of the motion cross.
 
-One linkage at a dead point gives two members, one per branch; each motion is symmetric about the line.
+One linkage at a dead point gives two members, one per branch; each motion is symmetric about the
+line.
 """
 
 from collections.abc import Iterator
@@ -27,9 +28,11 @@ from catalogue.plugin import (
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the first pair on the pole normal")
 Q_4 = Parameter("q4", Q_3.domain, "rho0/r4 of the second pair")
 
-#: Margin at II.yy and II*.yy: above the largest tolerance at which pivots of double precision are classified.
+#: Margin at II.yy and II*.yy: above the largest tolerance at which pivots of double precision are
+#: classified.
 LEAST_MARGIN = 1e-6
-#: |kappa| rho0 from which a dead point is none of II.yy: pivots off by 1 % of the size change it by about as much.
+#: |kappa| rho0 from which a dead point is none of II.yy: pivots off by 1 % of the size change it by
+#: about as much.
 AWAY = 0.1
 
 

@@ -1,7 +1,7 @@
 """Series II.ooo: cyclic (Cardanic) motion, exact in every position.
 
-The inflection circle rolls in a fixed circle of twice its size: each of its points runs on a straight line, its centre
-on a circle about the inflection pole.
+The inflection circle rolls in a fixed circle of twice its size: each of its points runs on a
+straight line, its centre on a circle about the inflection pole.
 """
 
 from collections.abc import Iterator
@@ -25,7 +25,8 @@ from catalogue.plugin import (
     slider_pair,
 )
 
-#: Rays of the stored guided points, and how near they may come to the ray of a slider, which is itself such a point.
+#: Rays of the stored guided points, and how near they may come to the ray of a slider, which is
+#: itself such a point.
 RAYS = (30, 60, 90, 120, 150)
 NEAR = np.radians(8.0)
 
@@ -57,7 +58,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: 0 for a trammel; for a slider-crank the inequality of crank and coupler and the offset of the pivot."""
+    """Residual: 0 for a trammel.
+
+    For a slider-crank the inequality of crank and coupler and the offset of the pivot.
+    """
     linkage = instant.linkage
     kind = linkage.dyads
     swap = (kind[:, 0] == PR)[:, None, None]

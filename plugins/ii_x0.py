@@ -29,7 +29,10 @@ PHI_2_OBTUSE = Parameter("phi2", PHI_2.domain[1:], PHI_2.meaning)
 
 
 def pivots(p: Parameters) -> Array:
-    """Crank along the pole tangent with its moving pivot at the pole; slider on the inflection circle."""
+    """Crank along the pole tangent with its moving pivot at the pole.
+
+    Slider on the inflection circle.
+    """
     return linkage_of(tangent_pair(p["a1"]), slider_pair(np.cos(p["phi2"]), np.sin(p["phi2"])))
 
 

@@ -39,7 +39,10 @@ def slide(_: Parameters) -> Parameters:
 
 
 def double_cuspidation(_: Parameters) -> Parameters:
-    """Six positions of a line through the return pole, eq. (39); of its inversion, the conchoidal guide."""
+    """Six positions of a line through the return pole, eq. (39).
+
+    Of its inversion, the conchoidal guide.
+    """
     return {"q3": np.array([2.0])}
 
 
@@ -62,7 +65,8 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 def classify(instant: Instant) -> tuple[Array, Array]:
     """Residual: distance of the pivots from the slider's line; with a slide also the cosine of its line with that line.
-    Margin: to II.ooo (fixed pivot at the inflection pole's distance) and to coincidence with the pole."""
+    Margin: to II.ooo (fixed pivot at the inflection pole's distance) and to coincidence with the
+    pole."""
     linkage = instant.linkage
     z, ray, kind, finite = linkage.points, linkage.rays, linkage.dyads, linkage.finite
     swap = (kind[:, 1] == PR)[:, None]

@@ -1,7 +1,7 @@
 """Series II.xy and II*.xy: one crank in line with the coupler, the other perpendicular to it (Evans).
 
-Crank 1 has its moving pivot at the pole, pair 3 stands on the pole normal.  Every point of the inflection circle is an
-undulation; one, [2], is a pseudo-undulation.
+Crank 1 has its moving pivot at the pole, pair 3 stands on the pole normal.  Every point of the
+inflection circle is an undulation; one, [2], is a pseudo-undulation.
 """
 
 from collections.abc import Iterator
@@ -45,9 +45,12 @@ def slide(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle; [4] by (33), q3 + q4 = 1.
+    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle.
 
-    A pair that falls into the inflection (return) pole is given once, as its undulation (cuspidation)."""
+    [4] by (33), q3 + q4 = 1.
+
+    A pair that falls into the inflection (return) pole is given once, as its undulation
+    (cuspidation)."""
     q3, q4, a1 = p["q3"], 1 - p["q3"], p["a1"]
     norm = np.hypot(q3 * q4, a1)
     straight, slot, double, slide = (np.abs(q3 - q)[:, None, None] < 1e-12 for q in (1.0, 2.0, 0.5, -1.0))

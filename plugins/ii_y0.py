@@ -43,7 +43,8 @@ def pseudo_cuspidation(p: Parameters) -> Parameters:
 
 def guided(p: Parameters) -> Iterator[Guided]:
     """[4] on the pole normal by (33), q3 + q4 = 1; [1] on the pole tangent by (43), 1/r1 = q3 q4 tan(phi2): the point
-    at the pole runs out and back on one circle (five positions, no order of contact at the cusp)."""
+    at the pole runs out and back on one circle (five positions, no order of contact at the cusp).
+    """
     q3 = p["q3"]
     q4 = 1 - q3
     slot, double, slide_itself = (np.abs(q3 - q) < 1e-12 for q in (2.0, 0.5, -1.0))

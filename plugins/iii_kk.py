@@ -1,9 +1,10 @@
 """Series III.KK and III*.KK: the circle through the pole and both fixed (moving) pivots touches the pole normal.
 
-kappa = 0 (kappa* = 0 in III*): the centring-point curve is a circle K, r = S cos(phi), and the pole tangent.  Three
-principal pairs [2], [3], [4] have their centres on K, [1] lies on the pole tangent: its path has a cusp, whose branches
-run out and back on one arc.  In III* a point of the pole tangent is guided about the pole, and K* carries the points,
-among them an undulation point where it meets the inflection circle.
+kappa = 0 (kappa* = 0 in III*): the centring-point curve is a circle K, r = S cos(phi), and the pole
+tangent.  Three principal pairs [2], [3], [4] have their centres on K, [1] lies on the pole tangent:
+its path has a cusp, whose branches run out and back on one arc.  In III* a point of the pole
+tangent is guided about the pole, and K* carries the points, among them an undulation point where it
+meets the inflection circle.
 """
 
 from collections.abc import Iterator
@@ -81,7 +82,10 @@ def fifth_order_slide(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] by t2 + t3 + t4 = S (45), [1] by S/r1 = 1 + t2 t3 t4/S (46), of order 5 iff r1 = S/2; the cuspidation."""
+    """[3] by t2 + t3 + t4 = S (45), [1] by S/r1 = 1 + t2 t3 t4/S (46), of order 5 iff r1 = S/2.
+
+    The cuspidation.
+    """
     s, t2, t4 = 1 / np.tan(p["psi"]), np.tan(p["phi2"]), np.tan(p["phi4"])
     t3 = 1 / s - t2 - t4
     a1 = s * (1 + s * t2 * t3 * t4)

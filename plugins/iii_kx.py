@@ -1,7 +1,8 @@
 """Series III.Kx and III*.Kx: the coupler (the frame) in line with one crank: every linkage at a limit of crank 1.
 
-kappa = 0 (kappa* = 0 in III*), as in III.KK, with pair 1 on the pole tangent, its moving (fixed) pivot at the pole, and
-pair 3 on the circle K.  The other two principal pairs, [2] and [4], are on K.
+kappa = 0 (kappa* = 0 in III*), as in III.KK, with pair 1 on the pole tangent, its moving (fixed)
+pivot at the pole, and pair 3 on the circle K.  The other two principal pairs, [2] and [4], are on
+K.
 """
 
 from collections.abc import Iterator
@@ -102,7 +103,10 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2], [4] by t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0 (48), of order 5 iff r1 = S/2; the cuspidation at t = -S."""
+    """[2], [4] by t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0 (48), of order 5 iff r1 = S/2.
+
+    The cuspidation at t = -S.
+    """
     big, t3 = np.tan(p["psi"]), np.tan(p["phi3"])
     order = np.where(alike(p["a1"] * big, 2.0), 5, 4)
     t2, t4 = roots(big - t3, big * (big * p["a1"] - 1) / t3)

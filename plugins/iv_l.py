@@ -1,7 +1,7 @@
 """Series IV.l and IV*.l: parallel cranks perpendicular to the line of fixed pivots (IV) or to the coupler (IV*, Watt).
 
-The pole is at infinity.  Axes: x along the cranks, y across, unit of length y1.  The centring-point curve of IV is the
-pair of axes, the circling-point curve a hyperbola.
+The pole is at infinity.  Axes: x along the cranks, y across, unit of length y1.  The centring-point
+curve of IV is the pair of axes, the circling-point curve a hyperbola.
 """
 
 from collections.abc import Iterator
@@ -42,7 +42,10 @@ def equal(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] with y1 + y2 + y3 = 0 on a circle; [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64)."""
+    """[3] with y1 + y2 + y3 = 0 on a circle.
+
+    [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64).
+    """
     k, y2 = p["k"], p["y2"]
     y3 = -(1 + y2)
     # equal cranks: [3] and [4] coincide; one crank twice the other: [3] is the driving pair itself
@@ -70,7 +73,8 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 def solve(posed: Posed) -> Array | None:
     """Both moving pivots given, and a slot: the linkage whose cuspidation it is.  Both fixed pivots given, and a
-    circle whose centre is on one line with them, across its axis: the linkage that guides the point to order 4."""
+    circle whose centre is on one line with them, across its axis: the linkage that guides the point
+    to order 4."""
     if posed.given == "moving" and posed.path == "slot":
         x, y = _plan(posed)
         foot = (x[0] * y[0] - x[1] * y[1]) / (y[0] - y[1])

@@ -1,8 +1,9 @@
 """Series IV.x and IV*.x: a crank perpendicular to the line of the slide (IV) or of the slider (IV*).
 
-The pole is at infinity.  Axes: x along the crank, y across, unit of length y3, the height of the crank.  Pair [4] is
-the slide with its fixed point (x4, 0).  Every line x = const of the moving plane is a slot of order 3 through its point
-of the x axis; in IV* every point of the x axis is an undulation, concave towards the slider.
+The pole is at infinity.  Axes: x along the crank, y across, unit of length y3, the height of the
+crank.  Pair [4] is the slide with its fixed point (x4, 0).  Every line x = const of the moving
+plane is a slot of order 3 through its point of the x axis; in IV* every point of the x axis is an
+undulation, concave towards the slider.
 """
 
 from collections.abc import Iterator
@@ -49,7 +50,10 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[1], [2] by y^2 + y3 y + x3* x4 = 0, real iff y3^2 >= 4 x3* x4; the slot of order 3 through the origin."""
+    """[1], [2] by y^2 + y3 y + x3* x4 = 0, real iff y3^2 >= 4 x3* x4.
+
+    The slot of order 3 through the origin.
+    """
     k, zero = p["k"], 0 * p["k"]
     y1, y2 = roots(zero - 1, -k * p["x4"])
     yield Guided("[1]", parallel_pair(y1, zero, k), 4)

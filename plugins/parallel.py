@@ -1,7 +1,9 @@
-"""Series parallel: two parallel cranks of a four-bar, in no other relation; the pole is at infinity.
+"""Series parallel: two parallel cranks of a four-bar, in no other relation.
 
-Axes: x along the cranks, y across, unit of length y1.  Centres lie on the hyperbola x y + k = 0, points of stationary
-curvature on x* y + k* = 0.  The series is its own inverse.
+The pole is at infinity.
+
+Axes: x along the cranks, y across, unit of length y1.  Centres lie on the hyperbola x y + k = 0,
+points of stationary curvature on x* y + k* = 0.  The series is its own inverse.
 """
 
 from collections.abc import Iterator

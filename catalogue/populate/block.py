@@ -25,8 +25,10 @@ from .rows import Columns, guide_columns, mechanism_columns, together
 LIMIT = 120.0
 #: Most guides that a block gives.
 MOST = 256
-#: So many times as many candidates are traced as guides are wanted, and a few more: some hold no level.
-LOSS, SPARE = 1.15, 8
+#: Traced candidates per requested guide: some hold no level.
+LOSS = 1.15
+#: Traced candidates in addition.
+SPARE = 8
 #: So many are tried of a configuration and kind that would else be empty.
 RESCUED = 8
 
@@ -47,8 +49,7 @@ class Block:
 
 
 def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin: str, version: str) -> Block:
-    """Return the first guides, in their order of coverage, of block `number` of a member of a series: as many as are
-    `wanted`, if there are so many; see `MOST`."""
+    """Build up to `wanted` guides of block `number` of a member, in order of coverage."""
     drawn = draw(series, series.member(key), seed, number)
     found = elements_worth_tracing(series, drawn)
     linkage = linkages(drawn.linkage.pivots[found["mechanism"]], found["kind"])
@@ -57,9 +58,18 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
     guides["cover"] = ranks(guides["kind"].astype(str))
     batch = {
-        "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN, "seed": seed,
-        "number": number, "drawn": BLOCK, "kept": len(used), "guides": len(guides["mechanism"]), "wanted": wanted,
-    }  # fmt: skip
+        "series": series.code,
+        "member": key,
+        "plugin": plugin,
+        "plugin_version": version,
+        "plan": PLAN,
+        "seed": seed,
+        "number": number,
+        "drawn": BLOCK,
+        "kept": len(used),
+        "guides": len(guides["mechanism"]),
+        "wanted": wanted,
+    }
     free = {name: values[used].tolist() for name, values in drawn.free.items()}
     mechanisms = {
         **mechanism_columns(drawn.linkage[used]),
@@ -72,10 +82,11 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
 
 
 def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tuple[Columns, Columns]:
-    """Return the columns of guides and of reaches of the first candidates that hold a level, in their order.
+    """Trace the first candidates that hold a level; return columns of guides and reaches.
 
-    As many are traced as are likely to be needed, and more until there are enough, or no more worth it; and some of
-    each configuration, in `names`, and kind of which none has held a level.  Linkages of slots are the inverse ones.
+    As many are traced as are likely to be needed, and more until there are enough, or no more worth
+    it; and some of each configuration, in `names`, and kind of which none has held a level.
+    Linkages of slots are the inverse ones.
     """
     if not len(names):
         return together([])

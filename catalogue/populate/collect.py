@@ -1,6 +1,7 @@
 """Fill a database with the specimens of a collection: family by family, block by block, a transaction per block.
 
-Several processes may do so at once: a block that another one has stored meanwhile is not stored again.
+Several processes may do so at once: a block that another one has stored meanwhile is not stored
+again.
 """
 
 from __future__ import annotations
@@ -42,11 +43,12 @@ def collect(
     seed: int | None = None,
     report: Callable[[Progress], None] = lambda _: None,
 ) -> Progress:
-    """Fill a database up to a number of specimens of a collection, as many of each family as of the others.
+    """Fill a database up to a number of specimens of a collection, evenly by family.
 
-    The blocks that are there count: an interrupted build goes on where it stopped, and a larger count adds to a smaller
-    one.  Same seed and count, same content, whole blocks; specimens of another seed, plan or version of the plugin are
-    removed first.  If not given, they are as begun, or `COUNT` and 0; `report` is called after each block.
+    The blocks that are there count: an interrupted build goes on where it stopped, and a larger
+    count adds to a smaller one.  Same seed and count, same content, whole blocks; specimens of
+    another seed, plan or version of the plugin are removed first.  If not given, they are as begun,
+    or `COUNT` and 0; `report` is called after each block.
 
     Raises
     ------
@@ -55,7 +57,8 @@ def collect(
     PluginError
         If the collection raises or breaks its contract.
     DatabaseError
-        If the file is damaged or locked, the disk is full, or another process draws the collection otherwise.
+        If the file is damaged or locked, the disk is full, or another process draws the collection
+        otherwise.
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
@@ -94,18 +97,21 @@ def collect(
 
 
 def state(database: Database, name: str) -> dict[str, Any]:
-    """Return what is kept of a build: seed, plan, version, count, complete; empty if there is none."""
+    """Return what is kept of a build: seed, plan, version, count, complete.
+
+    Empty if there is none.
+    """
     return database.objects([database.get_setting(f"collection {name}") or "{}"])[0]
 
 
 def is_current(database: Database, collection: Collection, version: str) -> bool:
-    """Return whether a collection was drawn to the end, in the way that it is drawn now."""
+    """Tell whether a collection was sampled completely by the present plugin."""
     begun = state(database, collection.name)
     return bool(begun.get("complete")) and (begun.get("plan"), begun.get("version")) == (collection.plan, version)
 
 
 def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
-    """Return how many specimens are stored of each family of a collection, and the number of the next block."""
+    """Count the stored specimens of a collection by family, and return the next block."""
     row = SpecimenRow
     found = database.read(
         select(row.family, func.count(row.id).label("number"), func.coalesce(func.max(row.block), 0).label("last"))

@@ -1,15 +1,16 @@
-"""Choose what covers all that was drawn: of guides that are alike only one is traced and stored.
+"""Select a cover of the sampled guides: of similar ones only one is traced and stored.
 
-A stored guide is a start, and what refinement reaches from a neighbour need not be stored.  Which guides are neighbours
-is told before they are traced, from what they are at the design position: pivots, guided point, tangent of its path and
-centre of its circle, scaled by the size of it all.  As in `candidates.select` a point is taken as the line to it
-from an eye one unit above the guided point, and two points are as far apart as the sine of the angle of their lines: a
-metric, 0 to 1, in which points at infinity are as good as any.
+A stored guide is a start, and what refinement reaches from a neighbour need not be stored.  Which
+guides are neighbours is told before they are traced, from what they are at the design position:
+pivots, guided point, tangent of its path and centre of its circle, scaled by the size of it all.
+As in `candidates.select` a point is taken as the line to it from an eye one unit above the guided
+point, and two points are as far apart as the sine of the angle of their lines: a metric, 0 to 1, in
+which points at infinity are as good as any.
 
-The order is drawn: each guide with a chance that grows with how badly those before it cover it (the seeding of Arthur
-and Vassilvitskii 2007, with a higher power), so that any beginning of the order is a cover.  Always to take the one
-that is covered worst (Gonzalez 1985) would begin with the extremes, which few requests are near.  What a workshop could
-hardly make counts less.
+The order is drawn: each guide with a chance that grows with how badly those before it cover it (the
+seeding of Arthur and Vassilvitskii 2007, with a higher power), so that any beginning of the order
+is a cover.  Always to take the one that is covered worst (Gonzalez 1985) would begin with the
+extremes, which few requests are near.  What a workshop could hardly make counts less.
 """
 
 from __future__ import annotations
@@ -27,14 +28,18 @@ from .rows import at_design
 
 #: Guides nearer to a chosen one than this are thrown away.
 NEAR = 0.02
-#: From this transmission angle at the design position on, and from this shortest link on (of the size), a linkage is
-#: sound; one that is far from both weighs least.
-SOUND_ANGLE, SOUND_LINK, LEAST_WEIGHT = 40.0, 0.1, 0.25
+#: Transmission angle of a sound linkage at the design position [deg]: the lower end of textbooks.
+SOUND_ANGLE = 40.0
+#: Shortest link of a sound linkage [size].
+SOUND_LINK = 0.1
+#: Weight of a linkage far from both.
+LEAST_WEIGHT = 0.25
 #: Weight of points that return, which few requests are about.
 RETURNING = 0.25
 
-#: Power of the chance.  Measured on 500 to 2000 guides of each of seven members: with the first 20, or 80, the mean
-#: distance to the nearest is a tenth to a seventh less than with as many taken at random, the ninth decile a quarter.
+#: Power of the chance.  Measured on 500 to 2000 guides of each of seven members: with the first 20,
+#: or 80, the mean distance to the nearest is a tenth to a seventh less than with as many taken at
+#: random, the ninth decile a quarter.
 POWER = 4
 
 
@@ -48,9 +53,17 @@ class Designs:
 
 
 def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:
-    """Return the designs of n guides in the canonical frame, of slots in the inverse motion: linkages, guided points,
-    centres of their circles (not looked at where the nominal is a line), `catalogue.guidance.kinds`, and whether the
-    pole is at the origin; else it is at infinity, and all points move along y.
+    """Describe n guides as designs, in the canonical frame; slots by their inverse motion.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    point, centre : complex ndarray, shape (n,)
+        Guided points, and centres of their circles (ignored for lines).
+    kind : ndarray, shape (n,)
+        See `catalogue.guidance.kinds`.
+    pole : ndarray of bool, shape (n,)
+        Whether the pole is at the origin; else it is at infinity, and all points move along y.
     """
     straight = np.isin(kind, STRAIGHT)
     away = np.abs(point)
@@ -73,10 +86,10 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, 
 
 
 def order(designs: Designs, cells: Array) -> Iterator[int]:
-    """Yield which design, of n, at least one, comes next: first the soundest of each cell, whose numbers are `cells`
-    (n,), then those that are covered badly.
+    """Yield the next of n designs: first the soundest of each cell, then the worst covered ones.
 
-    A cell keeps a member, however near to one of another cell of its kind that is.
+    `cells` (n,) are the numbers of the cells.  A cell keeps a member even if it is close to another
+    cell's.
     """
     kinds, group = np.unique(designs.kind, return_inverse=True)
     places = [np.flatnonzero(group == k) for k in range(len(kinds))]
@@ -101,15 +114,17 @@ def order(designs: Designs, cells: Array) -> Iterator[int]:
 
 
 def cells_of(*columns: Array) -> Array:
-    """Return the number of the cell that each row of some columns of text is in, shape (n,)."""
+    """Return the number of each distinct row of some columns of text, shape (n,)."""
     rows = zip(*(column.tolist() for column in columns), strict=True)
     numbers: dict[tuple[str, ...], int] = {}
     return np.array([numbers.setdefault(row, len(numbers)) for row in rows], int)
 
 
 def _distances(one: Array, others: Array, straight: bool) -> Array:
-    """Return how far one design, shape (5, 3), is from others, shape (5, n, 3): the largest distance of a point, in the
-    pose in which that is least."""
+    """Compute the distance of one design, shape (5, 3), from others, shape (5, n, 3).
+
+    It is the largest distance of a point, minimised over the orientation.
+    """
     poses = in_every_pose(one[None], mirror=straight)
     cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # of the point farthest off
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))

@@ -13,8 +13,10 @@ from ..series.sampling import Drawn
 from ..series.series import Series
 from .rows import Columns
 
-#: Guided points nearer to the pole than this guide badly; farther ones need an unwieldy coupler (units of rho0).
-NEAREST_POINT, FARTHEST_POINT = 0.15, 6.0
+#: Smallest distance of a guided point from the pole [rho0]: nearer ones have short strokes.
+NEAREST_POINT = 0.15
+#: Largest distance of a guided point from the pole [rho0]: farther ones need a bulky coupler.
+FARTHEST_POINT = 6.0
 RADII = (0.1, 50.0)
 #: Points nearer to the pole than this rest there: their paths return.
 AT_POLE = 1e-9
@@ -29,10 +31,13 @@ def elements_worth_tracing(series: Series, drawn: Drawn) -> Columns:
 
 
 def points(series: Series, drawn: Drawn, kind: str) -> Columns:
-    """Return the guided elements of a kind, of all linkages that can be used; see `Guide` for the frame.
+    """Return the guided elements of a kind, of all linkages that can be used.
 
-    A moving point is guided if it can be; else, as where it is at infinity or at the pole, the coupler carries a slot
-    over the fixed one, which is a guided point of the inverse motion.  Points at the pole are guided to and fro.
+    See `Guide` for the frame.
+
+    A moving point is guided if it can be; else, as where it is at infinity or at the pole, the
+    coupler carries a slot over the fixed one, which is a guided point of the inverse motion.
+    Points at the pole are guided to and fro.
     """
     circle, slots, returns = kind not in STRAIGHT, kind in SLOTS.values(), kind in RETURNS.values()
     found = []
@@ -62,8 +67,10 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
 
 
 def _worth_guiding(linkage: Linkage, pairs: Floats, circle: bool, returns: bool = False) -> Mask:
-    """Return where a moving point is no pivot and stands well, at the pole if it is to return, and where its line is
-    one, its circle neither tiny nor nearly a line; shape (n,)."""
+    """Tell which moving points are suitable guided points, with a suitable nominal, shape (n,).
+
+    Not a pivot, at a suitable distance (at the pole, to return), on a line or a moderate circle.
+    """
     w, w_star = pairs[:, 0, 2], pairs[:, 1, 2]
     parallel = np.abs(linkage.sine) < PARALLEL_SINE
     with np.errstate(all="ignore"):

@@ -70,19 +70,21 @@ def fill(
 ) -> Progress:
     """Fill a database up to a number of guides.
 
-    The blocks that are already there count, but the last of a member is made anew if more of it is wanted; a build that
-    was interrupted goes on where it stopped and ends with the content of one that was not.  Blocks that were drawn in
-    another way than today's are replaced.  Same seed and count, same
-    content.  The named guides are there from the start, whichever series are chosen: without codes all that are
-    registered.  How `count` is shared is said in `catalogue.populate.plan`.  There are as many worker processes as
-    processors unless told; `report` is called after each block.
+    The blocks that are already there count, but the last of a member is made anew if more of it is
+    wanted; a build that was interrupted goes on where it stopped and ends with the content of one
+    that was not.  Blocks that were drawn in another way than today's are replaced.  Same seed and
+    count, same content.  The named guides are there from the start, whichever series are chosen:
+    without codes all that are registered.  How `count` is shared is said in
+    `catalogue.populate.plan`.  There are as many worker processes as processors unless told;
+    `report` is called after each block.
 
     Raises
     ------
     InvalidRequest
         If count, seed or processes is too small, or a code is unknown.
     DatabaseError
-        If the file is damaged or cannot be written; `DatabaseBusy` if another process is filling it.
+        If the file is damaged or cannot be written; `DatabaseBusy` if another process is filling
+        it.
     """
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     processes = None if processes is None else whole("processes", processes, 1)
@@ -145,7 +147,7 @@ def _alone(database: Database) -> Iterator[None]:
 
 
 def _placed(guides: Columns, before: Counter[str]) -> Columns:
-    """Return the guides of a block with their places after those of the blocks before it, which it is counted among."""
+    """Return the guides of a block, numbered after those of the previous blocks."""
     kinds = guides["kind"].tolist()
     cover = guides["cover"] + np.array([before[kind] for kind in kinds], int)
     before.update(kinds)
@@ -153,7 +155,7 @@ def _placed(guides: Columns, before: Counter[str]) -> Columns:
 
 
 def _blocks(sources: list[Source], pool: Workers, seed: int) -> Iterator[tuple[Source, Block]]:
-    """Yield the blocks that are wanted, in the order of sources and numbers, while the next are being made."""
+    """Yield the planned blocks in order, while workers build the next ones."""
     for position, source in enumerate(sources):
         while not source.full:
             _ask_ahead(sources[position:], pool, seed)
@@ -177,7 +179,7 @@ def _leave_out(source: Source, error: Exception) -> None:
 
 
 def _ask_ahead(sources: list[Source], pool: Workers, seed: int) -> None:
-    """Have the next block of the first source made, and others that will be needed while there is room for them."""
+    """Submit the next block of the first source, and further ones while workers are free."""
     asked = [future for source in sources for future in source.asked]
     room = min(2 * pool.count - sum(not future.done() for future in asked), AHEAD * pool.count - len(asked))
     if not sources[0].asked:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
 #: Pause between two looks at a file that another process fills [s].
 PAUSE = 0.5
-#: Time without a write after which the other process is taken for dead [s]: blocks take less than two.
+#: Time without a write after which the other process is taken for dead [s]: blocks take less than
+#: two.
 STILL = 20.0
 
 

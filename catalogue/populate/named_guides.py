@@ -21,8 +21,7 @@ UNKNOWN = "none"
 
 
 def write_named_guides(database: Database, connection: Connection, registry: Registry) -> None:
-    """Write the designs that the database does not hold, or holds otherwise, each in the series that it belongs to,
-    else in the nearest one."""
+    """Write new or changed named designs, each in its series, else in the nearest one."""
     designs = list(named_guides().values())
     placed = [design.canonical() for design in designs]
     linkage = Linkage(np.concatenate([one.pivots for one, *_ in placed]))

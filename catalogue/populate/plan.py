@@ -1,4 +1,4 @@
-"""Which blocks of which members a build wants, and how many guides of each."""
+"""Plan a build: blocks of members, and numbers of guides."""
 
 from __future__ import annotations
 
@@ -34,8 +34,9 @@ class Held(NamedTuple):
 class Source:
     """The blocks of one member, in order.
 
-    A block is wanted whole, `MOST` guides, but the last: of that only as many as are still missing.  Where a larger
-    build goes on, blocks of which fewer were wanted are `short`: they are removed and made anew.
+    A block is wanted whole, `MOST` guides, but the last: of that only as many as are still
+    missing.  Where a larger build goes on, blocks of which fewer were wanted are `short`: they are
+    removed and made anew.
     """
 
     series: Series
@@ -79,8 +80,7 @@ class Source:
 
     @property
     def lacking(self) -> int:
-        """How many guides are wanted of the block after those that are asked for; 0 if none, or as long as that depends
-        on these."""
+        """Number of guides of the next block; 0 if none, or while it depends on pending blocks."""
         if self.full:
             return 0
         if not self.asked:
@@ -95,8 +95,9 @@ class Source:
 def plan(database: Database, registry: Registry, codes: Sequence[str], count: int, seed: int) -> list[Source]:
     """Return the sources of a build, past what the file holds.
 
-    A series gets a share that grows with its free parameters, as a cover needs the more members the more there are;
-    its members share it by their weights.  A member without parameters is one design, which is not counted.
+    A series gets a share that grows with its free parameters, as a cover needs the more members the
+    more there are; its members share it by their weights.  A member without parameters is one
+    design, which is not counted.
     """
     held = _held(database, seed)
     shares = {code: _share(registry.series[code]) for code in codes}
@@ -132,7 +133,7 @@ def outdated(database: Database, codes: Sequence[str]) -> list[int]:
 
 
 def places(database: Database) -> defaultdict[Key, Counter[str]]:
-    """Return how many places in the coverage order the file holds, by series and member, by kind."""
+    """Count the stored guides in order of coverage, by series, member and kind."""
     place = (Mechanism.series, Mechanism.member, Guide.kind)
     held = database.read(
         select(*place, (1 + func.max(Guide.cover)).label("places"))

@@ -23,10 +23,13 @@ from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, StraightLine
 
 Columns = dict[str, Any]
-#: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
-#: the design position is a dead point no crank can drive; then the angle is stored as it is, 0.
-LARGEST, LEAST_TRANSMISSION = 12.5, 2.0
-#: Lines and arcs that are as long as their unit, as `catalogue show` asks for them; no tolerance is meant.
+#: Largest size of a stored reach [strokes].
+LARGEST = 12.5
+#: Smallest transmission angle of a stored reach [deg]; except at a dead point, where it is stored
+#: as 0.
+LEAST_TRANSMISSION = 2.0
+#: Lines and arcs that are as long as their unit, as `catalogue show` asks for them; no tolerance is
+#: meant.
 PROBLEMS = {
     circle: Problem.of(request, Constraints(), Ranking({"deviation": 1.0}))
     for circle, request in ((False, StraightLine(1.0, 0.1)), (True, CircularArc(1.0, 0.1)))
@@ -45,12 +48,13 @@ SAME = (
 )
 #: Sides of a box in their order.
 SIDES = ("x0", "y0", "x1", "y1")
-#: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a little short.
+#: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a
+#: little short.
 SECANTS = 1
 
 
 def mechanism_columns(linkage: Linkage) -> Columns:
-    """Return the columns of linkages in their canonical frame, but for what they are called and come from."""
+    """Compute the columns of linkages in their canonical frame, without names and provenance."""
     instant = Instant(linkage, np.zeros(len(linkage), complex))
     at = instant.curvature
     finite = np.isfinite(at.rho0)
@@ -74,11 +78,21 @@ def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
 
 
 def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None) -> list[tuple[Columns, Columns]]:
-    """Trace guided points of linkages in their canonical frame: ``kind``, ``x``, ``y``, ``contact_order``, ``centre``
-    (complex, of a circle), and what else there is to say of them; half strokes `usual` (n,) are tried as well.
+    """Trace guided points of linkages in their canonical frame, on lines, then on circles.
 
-    Return the columns of guides and of their reaches that hold a level, on lines and then on circles; see `together`
-    and `catalogue.store.write_batch`.
+    Parameters
+    ----------
+    linkage : Linkage
+    points : mapping of str to ndarray, shape (n,)
+        ``kind``, ``x``, ``y``, ``contact_order``, ``centre`` (complex, of a circle) and further columns.
+    usual : ndarray, shape (n,), optional
+        Half strokes to try as well.
+
+    Returns
+    -------
+    list of (mapping, mapping)
+        Columns of guides and of their reaches that hold a level; see `together` and
+        `catalogue.store.write_batch`.
     """
     circle = ~np.isin(points["kind"], STRAIGHT)
     parts = []
@@ -91,7 +105,10 @@ def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None
 def _of_one_nominal(
     linkage: Linkage, points: Columns, circle: bool, usual: Floats | None
 ) -> tuple[Columns, Columns] | None:
-    """Return columns as `guide_columns` does, of points on lines or on circles; None if no level is held."""
+    """Return columns as `guide_columns` does, of points on lines or on circles.
+
+    None if no level is held.
+    """
     if not len(linkage):
         return None
     z = points["x"] + 1j * points["y"]
@@ -122,8 +139,8 @@ def _of_one_nominal(
     best = _longest(reaches, step, steps, least, circle)
     if not (best >= 0).any():
         return None
-    # a reach that is the longest at looser levels too, a fourth of the rows, is stored at each of them: a search reads
-    # a level or two, and would miss guides that are better than was asked
+    # a reach that is the longest at looser levels too, a fourth of the rows, is stored at each of
+    # them: a search reads a level or two, and would miss guides that are better than was asked
     step, guide = np.nonzero(best >= 0)
     reaches = take(reaches, best[step, guide]) | {"level": steps[step]}
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
@@ -156,7 +173,7 @@ def at_design(linkage: Linkage) -> Floats:
 
 
 def _rigid_size(guides: CouplerCurve) -> Floats:
-    """Return the longest distance that no motion changes, a bound on the size from below, shape (n,) [canonical]."""
+    """Compute the longest invariant distance, a lower bound of the size, shape (n,) [canonical]."""
     finite, z = guides.linkage.finite, guides.linkage.points
     fixed, moving = (np.where(finite[:, :, plane], z[:, :, plane], np.nan) for plane in (0, 1))
     pairs = [*(moving - fixed).T, *np.diff(fixed).T, *np.diff(moving).T, *(moving.T - guides.point)]
@@ -164,8 +181,9 @@ def _rigid_size(guides: CouplerCurve) -> Floats:
 
 
 def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
-    """Return for each step of the ladder which row of a guide is the longest that holds it, shape (steps, guides); -1
-    where none does.  A tighter one serves where the longest window runs into a dead point, or its path is shorter.
+    """Select the longest row of each guide at each level, shape (steps, guides); -1 for none.
+
+    A tighter row serves where the longest window runs into a dead point, or its path is shorter.
     """
     best = np.full((len(steps), len(least)), -1)
     guide = reaches["guide"]
@@ -182,7 +200,9 @@ def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circl
 
 
 def _reaches(guides: CouplerCurve, half: Floats, centre: Floats, traced: Traced, circle: bool) -> Columns:
-    """Measure one reach of each guide as whoever asks for the guide will get it; NaN for one that he would not get.
+    """Measure one reach of each guide as whoever asks for the guide will get it.
+
+    NaN for one that he would not get.
 
     Parameters
     ----------
@@ -201,6 +221,11 @@ def _reaches(guides: CouplerCurve, half: Floats, centre: Floats, traced: Traced,
     with np.errstate(all="ignore"):
         sweep = np.abs(found.traced.fit.curvature) if circle else np.zeros(len(guides))
     return {
-        "half": half, "centre": centre, "stroke": traced.fit.stroke, "deviation": found.deviation, "sweep": sweep,
-        **{name: getattr(measured, name) for name in SAME}, **boxes,
-    }  # fmt: skip
+        "half": half,
+        "centre": centre,
+        "stroke": traced.fit.stroke,
+        "deviation": found.deviation,
+        "sweep": sweep,
+        **{name: getattr(measured, name) for name in SAME},
+        **boxes,
+    }

@@ -1,7 +1,8 @@
 """What a worker process runs: read a task, answer with its block, until the pipe closes (see `workers`).
 
-A thread waits at the pipe: when the calling process is done, or has been killed, this one ends at once, whatever a
-plugin is doing.  Should a plugin let no thread run, a watchdog that needs none ends it after `LIMIT`.
+A thread waits at the pipe: when the calling process is done, or has been killed, this one ends at
+once, whatever a plugin is doing.  Should a plugin let no thread run, a watchdog that needs none
+ends it after `LIMIT`.
 """
 
 from __future__ import annotations
@@ -26,8 +27,10 @@ GRACE = 10.0
 
 
 def main() -> None:
-    """Answer tasks on standard input, moved out of the way of what a plugin reads and prints: with a `Block`, or with
-    the error that says what went wrong."""
+    """Answer tasks from standard input with a `Block` or an error.
+
+    The streams are moved away from those that a plugin reads and prints to.
+    """
     source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", buffering=0)
     with Path(os.devnull).open("rb") as nothing:
         os.dup2(nothing.fileno(), 0)

@@ -1,8 +1,9 @@
 """Worker processes that make blocks.
 
-They are started as ``python -m catalogue.populate.worker`` and talk over their pipes: unlike the standard pools they do
-not import the caller's main module, so that a script needs no guard and a notebook works.  They end when their pipe
-closes, also when this process is killed.  What a plugin does to one is said; what the system kills is tried again.
+They are started as ``python -m catalogue.populate.worker`` and talk over their pipes: unlike the
+standard pools they do not import the caller's main module, so that a script needs no guard and a
+notebook works.  They end when their pipe closes, also when this process is killed.  What a plugin
+does to one is said; what the system kills is tried again.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ SYSTEM = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGXCPU")
 
 
 class Workers:
-    """A pool of `count` processes that load the plugins of `folders` besides those that every registry searches."""
+    """A pool of `count` processes that load the plugins of `folders` and the usual ones."""
 
     def __init__(self, count: int, folders: Sequence[str] = ()) -> None:
         self.count = count
@@ -57,9 +58,11 @@ class Workers:
     def _process(self) -> subprocess.Popen[bytes]:
         process: subprocess.Popen[bytes] | None = getattr(self._local, "process", None)
         if process is None:
-            # each process computes on one core: several threads of linear algebra would only get in their way
+            # each process computes on one core: several threads of linear algebra would only get in
+            # their way
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-            # the same modules as here are found there: -P, lest a file in the current folder take the place of one
+            # the same modules as here are found there: -P, lest a file in the current folder take
+            # the place of one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
             try:
                 process = self._local.process = subprocess.Popen(  # nosec B603
@@ -122,7 +125,7 @@ class Workers:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process with those that a plugin has forked there, which would keep its pipes open."""
+    """Kill a process with all processes forked by a plugin, which keep its pipes open."""
     if process.returncode is None and hasattr(os, "killpg"):
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
@@ -131,7 +134,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 
 def _end(process: subprocess.Popen[bytes]) -> tuple[type[PluginError], str]:
-    """Say how a process ended that closed its pipe, and whose doing that is."""
+    """Describe the end of a process with a closed pipe, and its cause."""
     try:
         code = process.wait(GRACE)
     except subprocess.TimeoutExpired:
