@@ -193,7 +193,7 @@ def blank(*shape: int) -> dict[str, Array]:
 
 
 def _collinear(linkage: Linkage, sine: Floats) -> Mask:
-    """Return where all pivots lie on one line and the rays along it, to the digits that there are, shape (n,)."""
+    """Tell where all pivots and rays are on one line within rounding, shape (n,)."""
     near = np.flatnonzero(np.abs(sine) < NEAR_SINE)
     dead = np.zeros(len(linkage), dtype=bool)
     if near.size:

@@ -30,8 +30,9 @@ EXACT = 1e-9
 
 
 def circling_points(curvature: Curvature, radius: float) -> Floats:
-    """Return the pairs (centre, point) of stationary curvature with a given radius [length], shape (n, 10, 2, 3): six
-    on the curve, four on an axis.
+    """Find the pairs (centre, point) of stationary curvature of a radius [length], (n, 10, 2, 3).
+
+    Six are on the curve, four on an axis.
 
     Homogeneous; NaN for those that do not exist, and for linkages without a finite pole.  Such a point has four
     positions in common with its circle (order 3), one more where it is a principal one.
@@ -63,7 +64,7 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
 
 
 def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return r*, r and phi of the points off the axes, rho0 = 1, shape (n, 6) each."""
+    """Compute r*, r and phi of the points off the axes, rho0 = 1, (n, 6) each."""
     n = len(size)
     x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
 
@@ -100,7 +101,7 @@ def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Flo
 
 
 def _on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return r*, r and phi of the points of an axis that belongs to the curve, rho0 = 1, shape (n, 4) each."""
+    """Compute r*, r and phi of the points on an axis of the curve, rho0 = 1, (n, 4) each."""
     normal = (np.abs(s) < VANISHING)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
     signed = np.stack([size, size, -size, -size], axis=1)
     side = np.array([1, -1, 1, -1])

@@ -21,8 +21,10 @@ from .finite_pole import VANISHING
 
 
 def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
-    """Return instants with those of linkages at dead points replaced by the ones of a branch: 0, 1, or the one whose
-    pole is nearest to a given one, (n,)."""
+    """Replace the instants of linkages at dead points by those of a branch.
+
+    The branch is 0 or 1, or the one of the pole nearest to given ones, (n,).
+    """
     dead = np.flatnonzero(found.state == DEAD_POINT)
     if dead.size:
         both = dead_points(linkage[dead])
@@ -130,7 +132,7 @@ def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
 
 
 def _on_line(linkage: Linkage) -> Array:
-    """Return the pivots moved to the line through them, in the sense of least squares, shape (n, 2, 2, 3)."""
+    """Project the pivots on their common line by least squares, shape (n, 2, 2, 3)."""
     finite = linkage.finite.reshape(-1, 4)
     z, w = linkage.points.reshape(-1, 4), finite.astype(float)
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Whether coupler points stay on their nominal over the finite motion, and how they leave it if a series does not say.
+"""Test whether coupler points stay on their nominal over the finite motion.
 
 The series of a path has the scale on which its terms are alike.  Where the pole is far, at 1e8 times the linkage say, a
 point near it runs about as fast to and fro as along its path, and on that scale no term of its error is above rounding,
@@ -39,8 +39,9 @@ def stays(
     pole: Complexes | None,
     farthest: float = FARTHEST,
 ) -> Mask:
-    """Return which coupler points (n,), given in the reference position, stay on their nominal over the finite motion,
-    shape (n,): False where no chart is conditioned well enough to tell.
+    """Tell which coupler points stay on their nominal over the finite motion, shape (n,).
+
+    False where no chart is conditioned well enough.
 
     Parameters
     ----------
@@ -75,8 +76,9 @@ def stays(
 
 
 def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
-    """Return the number of the first term of the gap that is there when the linkage has turned visibly, shape (n,); 0
-    where all of them are rounding.
+    """Find the first significant term of the gap after a visible rotation, shape (n,).
+
+    0 if all are rounding.
 
     Taylor coefficients (m, n) of the gap, the distance from the nominal, and of the path; a term below `tolerance` of
     the largest counts as zero.  Where all that are there come after `most`, the answer is `UNDECIDED`.

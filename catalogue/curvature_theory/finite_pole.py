@@ -46,7 +46,7 @@ def pole_of(linkage: Linkage) -> Complexes:
 
 
 def distances(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats, Floats]:
-    """Return r, r* (n, 2) along the rays, infinite for a pivot at infinity and 0 at the pole, and g = r*/(r - r*)."""
+    """Compute r, r* (n, 2) along the rays, and g = r*/(r - r*)."""
     e, kind = linkage.rays[:, :, None], linkage.dyads
     z = linkage.points
     length = (e.conj() * (z[..., :1] - z[..., 1:])).real[..., 0]
@@ -61,8 +61,10 @@ def distances(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats, Floats
 
 
 def _lever(linkage: Linkage, length: Floats) -> Floats:
-    """Return by how much the rounding of the pivots grows in the pole, shape (n,) [length]: the distance of the pivots
-    from which the rays are drawn, times what short cranks add to the error of their directions."""
+    """Compute the amplification of rounding of the pivots in the pole, shape (n,) [length].
+
+    It is the distance of the pivots of the rays, times the error of the directions of short cranks.
+    """
     z, finite = linkage.points, linkage.finite
     apart = np.where(finite[:, 0, :, None] & finite[:, 1, None], np.abs(z[:, 0, :, None] - z[:, 1, None]), np.inf)
     with np.errstate(all="ignore"):
@@ -71,7 +73,7 @@ def _lever(linkage: Linkage, length: Floats) -> Floats:
 
 
 def noise(linkage: Linkage) -> Floats:
-    """Return the relative error that rounding of the pivots leaves in kappa and s, at most about, shape (n,)."""
+    """Bound the relative error of kappa and s by rounding of the pivots, shape (n,)."""
     q, sine = pole_of(linkage), linkage.sine
     with np.errstate(all="ignore"):
         m = _moments(linkage, *distances(linkage, q))
@@ -80,7 +82,7 @@ def noise(linkage: Linkage) -> Floats:
 
 
 def _moments(linkage: Linkage, r: Floats, r_star: Floats, g: Floats) -> Floats:
-    """Return m = r r*/(r - r*), the projections of the diameter of the inflection circle on the rays, shape (n, 2)."""
+    """Compute m = r r*/(r - r*): projections of the inflection diameter on the rays, (n, 2)."""
     m = np.where(linkage.dyads == PR, r_star, r * g)
     return np.where((r == 0) | (r_star == 0), 0.0, m)
 

@@ -1,4 +1,4 @@
-"""What any linkage guides in its reference position, series or not, with the order of contact that it has."""
+"""Guided elements of any linkage in its reference position, with their order of contact."""
 
 from __future__ import annotations
 
@@ -26,8 +26,9 @@ DOUBLE = 1e-6
 
 @dataclass(frozen=True)
 class GuidedElements:
-    """Guided elements of n linkages: what each of the k is, as a label; the pairs (n, k, 2, 3) of a fixed and a moving
-    point, homogeneous; and their order of contact on the finite motion (n, k), 99 if exact.
+    """Guided elements of n linkages: labels (k,), pairs (n, k, 2, 3) and orders of contact (n, k).
+
+    A pair is a fixed and a moving point, homogeneous; the order is that on the finite motion, 99 if exact.
 
     A fixed point at infinity: a point on a straight line; a moving one: a straight slot over a fixed point.  Where a
     linkage has none the pair is NaN and the order 0.
@@ -51,8 +52,9 @@ class GuidedElements:
 
 
 def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElements:
-    """Return undulation point, cuspidation slot, principal pairs and, given a radius [length], points on circles of
-    this radius with four positions in common.
+    """Find undulation point, cuspidation slot, principal pairs and points on circles of a radius.
+
+    The latter have four positions in common with circles of this radius [length], if given.
 
     What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.  Of linkages at a
     dead point what either branch of the motion guides is given, with labels of its own for the second one, unless the

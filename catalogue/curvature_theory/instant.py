@@ -1,4 +1,4 @@
-"""A batch of linkages together with what is known of their instant, computed when first asked for."""
+"""A batch of linkages with their instants, computed on first use."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Instant:
 
     @cached_property
     def along_axes(self) -> tuple[Floats, Floats]:
-        """Absolute cosines of the angles of the rays with the pole tangent, and with the pole normal, each (n, 2)."""
+        """Absolute cosines of the rays with the pole tangent and the pole normal, (n, 2) each."""
         axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
         x, y = (read_only(np.abs((self.linkage.rays * axes[:, i, None].conj()).real)) for i in (0, 1))
         return x, y

@@ -82,14 +82,14 @@ class LeadingError(Rows):
         return np.asarray(np.where(self.cusp, 0.5, 1.0) * self.positions)
 
     def law(self, stroke: Floats | float) -> Floats:
-        """Deviation that remains when the inflections are split as well as can be, |c| L^m/2^(2m-1), shape (n,).
+        """Deviation after optimal splitting of the inflections, |c| L^m/2^(2m-1), shape (n,).
 
         Straight guides with m = 6 need one length of the linkage changed for it; by moving the guided point alone
         `guide.trace` gets to 6.2 times this."""
         return self._scaled(stroke, CHEBYSHEV, CHEBYSHEV)
 
     def held(self, stroke: Floats | float) -> Floats:
-        """Deviation from the best line or circle when the guided point is left where it is, shape (n,)."""
+        """Deviation from the best line or circle without splitting, shape (n,)."""
         return self._scaled(stroke, LINE, CIRCLE)
 
     def _scaled(self, stroke: Floats | float, line: dict[int, float], circle: dict[int, float]) -> Floats:
@@ -120,8 +120,9 @@ def leading_error(
     pole: Complexes | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
-    """Return how coupler points (n,), given in the reference position, leave their tangent, or, where `circle`, bool or
-    (n,), their osculating circle.  For slots give `linkage.inverted()` and the fixed points.
+    """Compute the leading error of coupler points (n,) from their tangent or osculating circle.
+
+    `circle` is a bool or (n,).  For slots give `linkage.inverted()` and the fixed points.
 
     Parameters
     ----------
@@ -179,8 +180,11 @@ def leading_error_of_pairs(
     pole: Array | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
-    """Return the leading errors of guided pairs (n, 2, 3), homogeneous, as in `catalogue.series.series.Guided`: point
-    on a line or circle, or, moving at infinity, straight slot; the rest as of `leading_error`.  NaN gives NaN."""
+    """Compute the leading errors of guided pairs (n, 2, 3), as in `catalogue.series.series.Guided`.
+
+    A point on a line or circle, or, with the moving point at infinity, a straight slot; see
+    `leading_error`.  NaN gives NaN.
+    """
     w = pairs[..., 2]
     with np.errstate(invalid="ignore"):
         z = (pairs[..., 0] + 1j * pairs[..., 1]) / np.where(w != 0, w, 1)
@@ -217,8 +221,10 @@ def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | No
 
 
 def _axes(linkage: Linkage, path: Jet) -> tuple[Mask, Complexes, Complexes, Floats]:
-    """Return whether the path has a cusp, the path in axes u + iv, the direction of u, and the parameter at which
-    no term exceeds the first."""
+    """Return whether the path has a cusp, the path u + iv, the direction of u, and a scale.
+
+    The scale is the parameter at which no term exceeds the first.
+    """
     z = path.z
     k = np.arange(TERMS)[:, None]
     reach = [np.min((np.abs(z[i]) / np.abs(z[i + 1 :])) ** (1.0 / (k[i + 1 :] - i)), axis=0) for i in (1, 2)]

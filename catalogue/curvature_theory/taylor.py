@@ -29,8 +29,10 @@ BLOCK = 4096
 
 
 class Jet(NamedTuple):
-    """Paths of one coupler point for each of n linkages: the displacement z from the reference position, complex,
-    (TERMS, n) [length], row 0 of which is 0; and the rate of the coupler's angle by the parameter, (n,).
+    """Taylor series of the paths of one coupler point per linkage.
+
+    The displacement z, complex, (TERMS, n) [length], row 0 of which is 0; and the rate of the coupler's
+    angle by the parameter, (n,).
 
     NaN at a change point whose branch is not given.
     """
@@ -40,8 +42,10 @@ class Jet(NamedTuple):
 
 
 def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Jet:
-    """Return the Taylor series of the paths of coupler points (n,), given in the reference position; the poles (n,)
-    choose the branch of linkages at a change point."""
+    """Compute the Taylor series of the paths of coupler points (n,).
+
+    The poles (n,) select the branch of linkages at a change point.
+    """
     z, turn = np.full((TERMS, len(linkage)), np.nan, dtype=complex), np.full(len(linkage), np.nan)
     for start in range(0, len(linkage), BLOCK):
         rows = np.arange(start, min(start + BLOCK, len(linkage)))
@@ -56,7 +60,7 @@ def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Je
 def charts(
     linkage: Linkage, point: Complexes, pole: Complexes | None, dtype: Any = float
 ) -> list[tuple[Indices, Motion]]:
-    """Return indices and motion of the linkages in each of the charts, each linkage in its best one."""
+    """Return indices and motion of the linkages by chart, each linkage in its best one."""
     coupler = motion(linkage, 0, point, dtype, pole)
     best = np.nan_to_num(coupler.conditioning)
     chart = np.zeros(len(linkage), dtype=int)

@@ -21,8 +21,10 @@ def names(kind: type) -> tuple[str, ...]:
 
 
 def mapped(function: Any, *batches: Any) -> Any:
-    """Return the batch (an array, a `Linkage`, None, or a dataclass or dict of these) of what a function makes of the
-    arrays of batches with the same fields."""
+    """Apply a function to the arrays of batches with equal fields, and return a batch.
+
+    A batch is an array, a `Linkage`, None, or a dataclass or dict of these.
+    """
     first = batches[0]
     if isinstance(first, np.ndarray):
         return function(*batches)
@@ -49,7 +51,7 @@ def join(*batches: T) -> T:
 
 
 def put(batch: T, where: Array, by: T) -> T:
-    """Return a batch with the entries `where`, a mask or indices, taken from `by`, which holds just those."""
+    """Replace the entries `where`, a mask or indices, of a batch by those of `by`."""
 
     def replaced(values: Array, new: Array) -> Array:
         out = values.astype(np.result_type(values, new)) if values.dtype != object else values.copy()
@@ -67,7 +69,7 @@ class Rows:
 
 
 class Columns:
-    """A dataclass of arrays of shape (..., n), of a `Linkage`, and of others of its kind."""
+    """A dataclass of arrays of shape (..., n), of linkages, and of other batches."""
 
     def __getitem__(self, index: Any) -> Self:
         def chosen(values: Any) -> Any:
@@ -80,8 +82,7 @@ class Columns:
         return made
 
     def replaced(self, where: Mask | Indices, by: Self) -> Self:
-        """Return this, its precision kept, with the entries `where`, a mask (n,) or indices, taken from `by`, which
-        holds just those."""
+        """Replace the entries `where`, a mask (n,) or indices, by those of `by`, keeping the precision."""
 
         def put(values: Array, new: Array) -> Array:
             out = values.copy()

@@ -96,8 +96,7 @@ class Circuits(Columns):
         return Pose(*(np.concatenate(values, axis=-1)[..., order] for values in zip(*poses, strict=True)))
 
     def phases(self, pose: Pose) -> list[float]:
-        """Return the phases of poses (m, 1) of the one circuit that there is, less than half a period from the position
-        given."""
+        """Compute the phases of poses (m, 1) of one circuit, within half a period of the given position."""
         at = float(self.phase[0])
         if self.lead[0] == COUPLER:
             turn = np.angle(1 + pose.x[:, 0]) * (1 if self.kind[0] == TURN else np.pi / float(self.half[0]))
@@ -163,7 +162,7 @@ def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
 
 
 def _swinging(phi: Floats, centre: Floats, half: Floats, side: Floats) -> Floats:
-    """Return the phases of angles on a swing, on the way forth if the root is positive, else back."""
+    """Compute the phases of angles on a swing: forth for a positive root, else back."""
     with np.errstate(all="ignore"):
         low, high = np.maximum(phi - centre + half, 0), np.maximum(centre + half - phi, 0)
         return np.asarray(side * 2 * np.arctan2(np.sqrt(low), np.sqrt(high)))
@@ -201,7 +200,7 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
 
 
 def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
-    """The same for linkages that the coupler leads."""
+    """Build the circuits of linkages led by the coupler."""
     kind = linkage.dyads[rows]
     block = (kind == RP).sum(1) == 1
     none, one = np.zeros(len(rows)), np.ones(len(rows))

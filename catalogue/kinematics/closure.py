@@ -37,8 +37,10 @@ from .types import Array, Complexes, Floats, Indices, Mask
 
 @dataclass(frozen=True)
 class Closure(Columns):
-    """How second dyads of n linkages are closed, as the leading cranks see them; arrays of shape (n,), but for `dead`,
-    `change` and `at`, (2, n): by p and by q."""
+    """Closure of the second dyads of n linkages in the frames of the leading cranks.
+
+    Arrays of shape (n,), except `dead`, `change` and `at`, (2, n): by p and by q.
+    """
 
     kind: Array  # of the second dyad
     pivot: Complexes
@@ -108,8 +110,10 @@ class Closure(Columns):
         return np.angle((self.pin - self.pivot) / self.arm)
 
     def root(self, phi: Floats, cosine: Floats, sine: Floats, swing: Swing | None) -> Floats:
-        """Return the root of the product in the head of the module, with the sign that it has on the way through dead
-        and change points; from angles (m, n), cosine and sine of their halves, and the swings among them."""
+        """Compute the signed root of the product at the head of the module, through dead and change points.
+
+        From angles (m, n), cosine and sine of their halves, and the swings among them.
+        """
         p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
         with np.errstate(all="ignore"):
             if swing is not None:
@@ -130,8 +134,11 @@ class Closure(Columns):
 
 
 class Swing(NamedTuple):
-    """Columns of cranks that swing, and by phases (m, k): their angles, twice the sines of half the ways to either dead
-    point multiplied, and where they are on the way back."""
+    """Columns of swinging cranks, and their angles by phases (m, k).
+
+    Also twice the product of the sines of half the angles to both dead points, and whether the swing runs
+    back.
+    """
 
     which: Indices | slice
     phi: Floats

@@ -19,9 +19,14 @@ NEAREST = 1e-6
 
 
 def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Array]:
-    """Return the cognates (k) of linkages with coupler points (n,), in the same reference position and place, where
-    their coupler points are the same; which linkage each one is a cognate of, (k,); and its number, (k,): 1 if it
-    shares the fixed pivot of the first crank, 2 if that of the second."""
+    """Compute Roberts' cognates of linkages with coupler points (n,), in the reference position.
+
+    Returns
+    -------
+    Linkage, ndarray of int, shape (k,), ndarray of int, shape (k,)
+        The cognates, the number of the original linkage of each, and its own number: 1 if it shares the
+        fixed pivot of the first crank, 2 for the second.
+    """
     z, finite, kind = linkage.points, linkage.finite, linkage.dyads
     found, which, number = [], [], []
     for one, two in ((0, 1), (1, 0)):

@@ -70,9 +70,10 @@ def from_lengths(links: Mapping[str, Any]) -> Linkage:
 
 
 def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
-    """Return linkages from the lengths of their links, and their guided points (n,), given beside them by ``x`` and
-    ``y`` or by ``along`` and ``across``, NaN if not; without ``angle`` in a position in the middle of what the first
-    crank can reach.
+    """Build linkages from link lengths, with guided points (n,), NaN if not given.
+
+    The points are given by ``x`` and ``y``, or by ``along`` and ``across``.  Without ``angle`` the position is
+    in the middle of the range of the first crank.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def _numbers(links: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def _closable(of: Mapping[str, Floats]) -> Floats:
-    """Return an angle of the first crank at which each chain can be closed, far from its dead points [deg]."""
+    """Choose an angle of the first crank that closes each chain, far from its dead points [deg]."""
     names = _row({*of})
     if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
         return np.full(1, 30.0)
@@ -146,7 +147,7 @@ def _row(names: set[str]) -> tuple[str, ...]:
 
 
 def _above_zero(of: Mapping[str, Floats]) -> None:
-    """Refuse lengths that are not above zero, but of what has a side."""
+    """Refuse lengths that are not positive, except signed ones."""
     for name in {*of} - {*POSITION, "offset", "between", "height"}:
         refuse(np.where(of[name] > 0, "", f"its {name} must be above zero"))
 

@@ -1,4 +1,4 @@
-"""The lengths by which a linkage is made in a workshop, and the linkages next to it whose lengths are round numbers.
+"""Link lengths for the workshop, and the nearest linkages of round lengths.
 
 They are, as far as the family has them: cranks, frame, coupler, the offset of a slider's line from the other fixed
 pivot, the offset of a slide's line from the other moving pivot, and the place of the guided point in the coupler, along
@@ -20,7 +20,7 @@ CLOSE = 1e-12
 
 
 def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
-    """Return the lengths of linkages with guided points, by name, shape (n,) each, NaN where a family has none."""
+    """Compute the lengths of linkages by name, shape (n,) each, NaN where a family has none."""
     z, dyads = linkage.points, linkage.dyads
     coordinates = np.concatenate([z.reshape(-1, 4), point[:, None]], axis=1)
     out: dict[str, Floats] = {}
@@ -32,7 +32,7 @@ def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
 
 
 def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, Complexes, Mask]:
-    """Return the nearest linkages and guided points whose lengths are multiples of a step, and which there are, (n,).
+    """Find the nearest linkages and points with lengths in multiples of a step, and their mask (n,).
 
     Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares; directions of pivots at
     infinity stay.  None where a length would vanish, or the chain cannot be closed with the round lengths.
@@ -102,7 +102,7 @@ def _lengths(z: Complexes, kinds: tuple[int, ...]) -> dict[str, Floats]:
 
 
 def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple[Complexes, Complexes]:
-    """Return where the coupler's coordinates begin and the unit vector along which the first one is counted."""
+    """Return origin and unit x vector of the coupler's coordinates."""
     if RP not in kinds:
         origin, along = moving[:, 0], moving[:, 1] - moving[:, 0]
     else:  # the line of a slide; where both are slides, the origin is where their lines meet
@@ -113,7 +113,7 @@ def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple
 
 
 def in_coupler(linkage: Linkage, place: Complexes) -> Complexes:
-    """Return where the points are that are `place`, along + i across, (n,) in the couplers of linkages, shape (n,)."""
+    """Compute the positions of coupler points `place`, along + i across, shape (n,)."""
     z, dyads = linkage.points, linkage.dyads
     place = np.broadcast_to(place, len(linkage))
     point = np.empty(len(linkage), complex)

@@ -46,8 +46,10 @@ for _name, (_i, _j) in FAMILIES.items():
 
 #: Two pivots nearer than this times the size of the linkage count as coincident.
 COINCIDENT = 1e-12
-#: Sizes of linkages, and places of pivots, whose squares are numbers still.
-SMALLEST, LARGEST = 1e-152, 1e152
+#: Smallest size of a linkage: its square is still a normal double.
+SMALLEST = 1e-152
+#: Largest coordinate of a pivot: its square is still a double.
+LARGEST = 1e152
 
 
 class Linkage:
@@ -173,8 +175,10 @@ class Linkage:
 
     @cached_property
     def rays(self) -> Complexes:
-        """Unit vector of each dyad's ray as a complex number, shape (n, 2): along the crank, else the normal; NaN where
-        rounding has closed a pose with both pivots of a crank in one place."""
+        """Unit vector of each dyad's ray, complex, shape (n, 2): along the crank, else the normal.
+
+        NaN where rounding has closed a pose with coincident pivots of a crank.
+        """
         z, kind = self.points, self.dyads
         crank = z[..., 1] - z[..., 0]
         ray = np.where(kind == RR, crank, np.where(kind == PR, z[..., 0], z[..., 1]))
@@ -230,8 +234,7 @@ SHAPE = "a linkage is [[A1, A1*], [A2, A2*]], each pivot (x, y) or (x, y, w)"
 
 
 def _read(pivots: npt.ArrayLike) -> Floats:
-    """Return pivots as they are given, shape (n, 2, 2, 3), w = 1 where there is none; `InvalidLinkage` if they are
-    not of the shape that `Linkage` takes."""
+    """Parse pivots, shape (n, 2, 2, 3), with w = 1 where missing; refuse other shapes."""
     try:
         given = doubles(pivots)
     except ValueError:

@@ -123,7 +123,7 @@ def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
 def at_change(
     forms: Array, circle: Array, unit: Array, origin: Array, pole: Array, change: Mask
 ) -> tuple[Array, Array]:
-    """Divide K by t where the linkage is at a change point, and return the sign of the root with the wanted pole."""
+    """Divide K by t at change points, and return the sign of the root of the given pole."""
     k = forms[K]
     forms = forms.copy()
     forms[K] = np.where(change, np.stack([k[1], k[2], np.zeros_like(k[0])]), k)
@@ -181,8 +181,10 @@ CHANGE = 1e-9
 
 
 class Pose(NamedTuple):
-    """Poses of n couplers at m positions: a coupler point z goes to z + d + x (z - origin), complex; d and x of shape
-    (m, n), the origin (n,)."""
+    """Poses of n couplers at m positions: a point z moves to z + d + x (z - origin), complex.
+
+    d and x have shape (m, n), the origin (n,).
+    """
 
     d: Array
     x: Array
@@ -295,8 +297,10 @@ class Motion(Columns):
 
 @dataclass(frozen=True)
 class Path(Columns):
-    """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own; NaN beyond
-    a turning point of the chart."""
+    """Paths of one coupler point per linkage, as displacements in its axes.
+
+    NaN beyond a turning point of the chart.
+    """
 
     forms: Array  # (9, 3, n), at change points (10, 3, n)
     circle: Array
@@ -308,7 +312,7 @@ class Path(Columns):
         return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
 
     def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
-        """Return the displacement (u, v), each (m, n), at the `nodes` (m,) of [-1, 1] carried to [low, high], (n,)."""
+        """Compute displacements (u, v), (m, n) each, at `nodes` (m,) of windows [low, high], (n,)."""
         n = self.forms.shape[-1]
         rows = max(1, BLOCK // len(nodes))
         if n > rows:

@@ -10,7 +10,7 @@ from .types import Array, Floats
 
 
 def product(*factors: Array) -> Array:
-    """Return the products of polynomials, coefficients from the constant on (or all to it), shapes (n, k)."""
+    """Multiply polynomials, coefficients in one order, shapes (n, k)."""
 
     def times(a: Array, b: Array) -> Array:
         out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1), dtype=np.result_type(a, b))

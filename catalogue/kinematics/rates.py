@@ -1,4 +1,4 @@
-"""Velocities and accelerations of the coupler in one position, per unit of angular velocity of what drives.
+"""Velocities and accelerations of the coupler in one position, per unit angular velocity of the drive.
 
 A dyad confines the velocity of the coupler point P that it holds (the moving pivot of a crank or slider, where the
 coupler is in the fixed pivot of a slide) to be normal to its ray n:
@@ -56,8 +56,7 @@ class Rates(Rows):
         return np.asarray(self.acceleration + (1j * self.alpha - self.omega**2) * (z - self.origin))
 
     def crank(self, linkage: Linkage, i: int) -> tuple[Floats, Floats]:
-        """Return angular velocity and acceleration of crank i of the linkages over those of the drive, (n,) each; NaN
-        where dyad i is no crank."""
+        """Compute angular velocity and acceleration of crank i, (n,) each; NaN if dyad i is no crank."""
         spoke, pin = linkage.points[:, i, 1] - linkage.points[:, i, 0], linkage.points[:, i, 1]
         with np.errstate(all="ignore"):
             of = (self.velocity_of(pin), self.acceleration_of(pin))
@@ -67,8 +66,11 @@ class Rates(Rows):
 
 
 def rates(linkage: Linkage, drive: Array) -> Rates:
-    """Return the rates of linkages in their positions, driven at unit angular velocity by what `drive` (n,) says: 0 or
-    1, the crank of that dyad; 2, the coupler.  NaN at a dead point of the drive, and where the dyad is no crank."""
+    """Compute the rates of linkages at unit angular velocity of their drives.
+
+    `drive` (n,) is 0 or 1 for the crank of a dyad, 2 for the coupler.  NaN at a dead point of the drive, and
+    where the dyad is no crank.
+    """
     z, rays, kinds = linkage.points, linkage.rays, linkage.dyads
     row = np.arange(len(linkage))
     held = np.where(kinds == RP, z[:, :, 0], z[:, :, 1])
