@@ -1,11 +1,12 @@
 """A race: many starts led inside the constraints, and on to where they cost less, in cheap rounds.
 
 Machines stand at a few stations along the nominal (`catalogue.guidance.stations`), where their
-errors, limits and measures are linear in the coordinates of the pivots.  A round brings these
-inside their bounds (`hinges`), corrects the step by what the errors are after it, and lays the
-machines anew.  A start is first led inside with something to spare, whatever it costs; then its
-measures aspire to less.  What comes of it is no answer yet: circuits, and what happens between the
-stations, are for the refinement (`sqp`) to see.
+errors, limits and measures are linear in the coordinates of the pivots (`race_model`).  A round
+brings these inside their bounds (`hinges`), corrects the step by what the errors are after it, and
+lays the machines anew.  A start is first led inside with something to spare, whatever it costs;
+then its measures aspire to less, and it may leave the constraints a little on its way.  What comes
+of it is no answer yet: circuits, and what happens between the stations, are for the refinement
+(`sqp`) to see.
 """
 
 from __future__ import annotations
@@ -16,33 +17,15 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
 from ..candidates.select import unlike
-from ..guidance.inverse import of_machine
-from ..guidance.metrics import rotates, transmission
-from ..guidance.sensitivity import COUNT, PoseJacobian, displaced
-from ..guidance.slides import slide_ends, slide_runs
+from ..guidance.sensitivity import COUNT, displaced
 from ..guidance.stations import Stationed
-from ..kinematics.batch import Rows, put, take
-from ..kinematics.motion import Pose
+from ..kinematics.batch import put, take
 from ..kinematics.types import Floats, Indices, Mask
 from ..problem.problem import Problem
-from ..problem.ranking import RISING
-from ..problem.request import FULLEST
-from .hinges import Hinges, bring_inside
-from .quantities import NONE, Pieces, Quantities
-from .subproblem import FLATTEST, WORSE, differenced, limits, units
+from .hinges import bring_inside
+from .race_model import Linear
+from .subproblem import FLATTEST, differenced, units
 
-#: Part of the tolerance that steps are to spare before costs count, and afterwards.
-SPARE = (0.04, 0.05)
-#: What limits are to spare then [strokes, right angles].
-APART = (4e-3, 2e-3)
-#: Parts of both that are missed at no price.
-LITTLE, SLIGHTLY = 2e-3, 2e-4
-#: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
-UNIT = 0.05
-#: By how much a measure aspires to less in a round [strokes, right angles].
-ASPIRE = 0.05
-#: What a violation costs beside what is ranked, of an error as large as the tolerance.
-PRICE = 3.0
 #: Radius of the first round, in the units of `units`.
 RADIUS = 0.1
 #: Largest radius.
@@ -57,14 +40,6 @@ DAMPING = 0.1
 PLAN = (4, 2)
 #: Newton steps that correct it.
 AGAIN = (3,)
-#: Part of its deviation that a machine aims at where the least is sought.
-SHRINK = 0.3
-#: Standard deviations of the error at one station that stand for the allowance of a path.
-ALLOWANCE = 2.2
-#: Part of the tolerance that is left to errors, whatever allowance is asked for.
-LEAST_LEFT = 0.2
-#: Sharpest nominal [1/stroke].
-SHARPEST = -1.9
 
 
 def is_raced(problem: Problem) -> bool:
@@ -73,179 +48,6 @@ def is_raced(problem: Problem) -> bool:
     if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
         return False
     return not differenced(problem)
-
-
-@dataclass(frozen=True)
-class Linear(Rows):
-    """n machines, with what is asked of them linear in the coordinates; arrays of shape (n, ...).
-
-    Attributes
-    ----------
-    machine : Stationed
-    slope : ndarray, shape (n, m, p)
-        Of the errors at the stations.
-    limit, limit_slope : ndarray, shape (n, l), (n, l, p)
-        Broken where positive.
-    measure, measure_slope : ndarray, shape (n, q), (n, q, p)
-        Pieces of what is ranked, as far as each may still fall: weighed by its marginal cost.
-    tolerance, aim : ndarray, shape (n,)
-        Largest error allowed, and that which a step aims at.
-    cost, violation : ndarray, shape (n,)
-        What is ranked; errors and limits beyond their bounds together.
-    """
-
-    machine: Stationed
-    slope: Floats
-    limit: Floats
-    limit_slope: Floats
-    measure: Floats
-    measure_slope: Floats
-    tolerance: Floats
-    aim: Floats
-    cost: Floats
-    violation: Floats
-
-    @classmethod
-    def of(cls, problem: Problem, machine: Stationed) -> Linear:
-        """Return machines with what a problem asks of them."""
-        by = machine.jacobian
-        read = _quantities(problem, machine, by)
-        unit = units(machine.linkage, machine.point)[:, None]
-        slope = np.moveaxis(by.across, 0, 1) * unit
-        bounds = list(limits(problem, read).values())
-        scatter = np.sqrt((by.across**2).sum(-1).max(0))
-        left = problem.deviation - ALLOWANCE * scatter * (problem.constraints.min_allowance or 0.0)
-        tolerance = np.maximum(left, LEAST_LEFT * problem.deviation)
-        aim = tolerance
-        if problem.ranking.only == "deviation":
-            aim = np.minimum(SHRINK * machine.deviation, tolerance)
-        cost, pieces, marginal = _ranked(problem, read, machine.deviation, scatter)
-        limit, limit_slope = _joined(bounds, unit)
-        measure, measure_slope = _aspiring(pieces, marginal, unit)
-        if problem.curvature is None:
-            more = machine.by_curvature[..., None]
-            slope = np.concatenate([slope, more], axis=2)
-            limit_slope, measure_slope = _widened(limit_slope), _widened(measure_slope)
-            limit, limit_slope = _with_radius(machine.curvature, limit, limit_slope)
-        with np.errstate(all="ignore"):
-            beyond = np.maximum(np.log(machine.deviation / tolerance), 0.0)
-        broken = beyond + np.maximum(limit, 0.0).max(1) / UNIT
-        good = machine.reached & np.isfinite(broken) & np.isfinite(slope).all((1, 2))
-        good &= np.isfinite(limit_slope).all((1, 2)) & np.isfinite(measure_slope).all((1, 2))
-        good &= machine.curvature > SHARPEST
-        return cls(
-            machine, slope, limit, limit_slope, measure, measure_slope, tolerance, aim,
-            np.asarray(cost, float), np.where(good, broken, np.inf),
-        )  # fmt: skip
-
-    def __len__(self) -> int:
-        return len(self.cost)
-
-    @property
-    def bounded(self) -> int:
-        """How many errors and limits there are of each."""
-        return int(self.slope.shape[1] + self.limit.shape[1])
-
-    def hinges(self, inside: Mask, error: Floats | None = None) -> Hinges:
-        """Return errors, limits and measures as hinges; of those not `inside` no measures count."""
-        spare, apart = (np.where(inside, *every[::-1]) for every in (SPARE, APART))
-        error = self.machine.error if error is None else error
-        scale = self.aim[:, None]
-        parts = (
-            (error / scale, self.slope / scale[..., None]),
-            ((self.limit + apart[:, None]) / UNIT, self.limit_slope / UNIT),
-            (self.measure * inside[:, None], self.measure_slope * inside[:, None, None]),
-        )
-        value, slope = (np.concatenate(every, axis=1) for every in zip(*parts, strict=True))
-        return Hinges(slope, value, 1 - spare, (error.shape[1], self.limit.shape[1]))
-
-    def merit(self, inside: Mask) -> Floats:
-        """Return what machines are worth, less is better, infinite where they do not run."""
-        spare = np.where(inside, LITTLE, SPARE[0])
-        apart = np.where(inside, SLIGHTLY, APART[0])
-        error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
-        limit = (self.limit + apart[:, None]) / UNIT
-        beyond = 0.5 * ((np.maximum(error, 0) ** 2).sum(1) + (np.maximum(limit, 0) ** 2).sum(1))
-        merit = np.where(inside, self.cost + PRICE * beyond, beyond)
-        return np.where(np.isfinite(self.violation), merit, np.inf)
-
-
-def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quantities:
-    """Return the measures of machines, read at every other station."""
-    linkage, every = machine.linkage, machine.pose
-    pose = Pose(every.d[::2], every.x[::2], every.origin)
-    built, seen, plane = linkage, pose, 1
-    if problem.constraints.slots:
-        built, seen = of_machine(linkage, pose)
-        plane = 0
-    at = [seen.point(linkage.points[:, i, plane]) for i in (0, 1)]
-    turns = rotates(built) if problem.constraints.full_rotation else None
-    least, driver, _ = transmission(built, at, seen.x, turns)
-    slides = slide_ends(linkage, slide_runs(linkage, pose))
-    return Quantities(problem, linkage, machine.point, driver, slides, pose, by[::2], least)
-
-
-def _ranked(
-    problem: Problem, read: Quantities, deviation: Floats, scatter: Floats
-) -> tuple[Floats, list[Pieces], Floats]:
-    """Return what machines cost, (n,), the pieces of their measures, and what the cost rises by
-    per unit of each, (q, n); of the last, without pieces, per part of the tolerance."""
-    ranking, asked = problem.ranking, problem.deviation
-    names = sorted(ranking.quantities - {"deviation", "allowance"})
-    pieces = [read(name) for name in names]
-    values = {}
-    for name, piece in zip(names, pieces, strict=True):
-        worst = piece.value.max(1)
-        there = worst > NONE
-        if name in RISING:
-            values[name] = np.where(there, -worst, np.inf)
-        else:
-            values[name] = np.where(there, worst, 0.0)
-    values["deviation"] = deviation / asked
-    values["allowance"] = (asked - deviation) / (ALLOWANCE * scatter * asked)
-    cost = ranking.cost(values)
-
-    def marginal(name: str) -> Floats:
-        worse = values[name] + (-WORSE if name in RISING else WORSE)
-        with np.errstate(invalid="ignore"):
-            rise = (ranking.cost({**values, name: worse}) - cost) / WORSE
-        return np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
-
-    return cost, pieces, np.array([marginal(name) for name in names])
-
-
-def _aspiring(pieces: list[Pieces], marginal: Floats, unit: Floats) -> tuple[Floats, Floats]:
-    """Return pieces (n, q), and slopes, as far as they are above what their measures aspire to.
-
-    The hinge of the largest piece falls at the rate at which the cost does.
-    """
-    if not pieces:
-        return np.zeros((len(unit), 0)), np.zeros((len(unit), 0, unit.shape[2]))
-    weighed = []
-    for piece, rate in zip(pieces, marginal, strict=True):
-        weight = np.sqrt(rate / ASPIRE)[:, None]
-        value = piece.value - (piece.value.max(1, keepdims=True) - ASPIRE)
-        weighed.append(Pieces(weight * value, weight[..., None] * piece.slope))
-    return _joined(weighed, unit)
-
-
-def _joined(pieces: list[Pieces], unit: Floats) -> tuple[Floats, Floats]:
-    """Return all pieces, (n, l), with slopes in units of the coordinates, (n, l, 10)."""
-    value = np.concatenate([piece.value for piece in pieces], axis=1)
-    return value, np.concatenate([piece.slope for piece in pieces], axis=1) * unit
-
-
-def _widened(slope: Floats) -> Floats:
-    """Return slopes with those by one more coordinate, on which nothing depends."""
-    return np.concatenate([slope, np.zeros((*slope.shape[:2], 1))], axis=2)
-
-
-def _with_radius(bend: Floats, limit: Floats, slope: Floats) -> tuple[Floats, Floats]:
-    """Return limits with those on the curvature, the last coordinate: neither flat nor full."""
-    more = np.zeros((len(bend), 2, slope.shape[2]))
-    more[:, 0, -1], more[:, 1, -1] = 1.0, -1.0
-    value = np.stack([bend + 1 / FLATTEST, -FULLEST - bend], axis=1)
-    return np.concatenate([limit, value], axis=1), np.concatenate([slope, more], axis=1)
 
 
 @dataclass

@@ -1,4 +1,5 @@
-"""What starts made to measure have in common: which families suit, where fixed pivots and curvatures are drawn."""
+"""What starts made to measure have in common: which families suit, where fixed pivots and curvatures are drawn, and
+which of them are worth to be measured."""
 
 from __future__ import annotations
 
@@ -6,7 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..kinematics.types import Complexes, Floats
+from ..guidance.stations import Stationed
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.problem import Problem
 from ..problem.region import Region
 
@@ -50,6 +53,15 @@ def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator
         return np.asarray(about)
     x0, y0, x1, y1 = np.clip(region.box, -LONGEST, LONGEST)
     return np.asarray(random.uniform(x0, x1, count) + 1j * random.uniform(y0, y1, count))
+
+
+def likeliest(linkage: Linkage, point: Complexes, curvature: Floats, count: int) -> Indices:
+    """Return which of n linkages keep nearest to their nominals over the stroke, `count` at most."""
+    with np.errstate(all="ignore"):
+        there = Stationed.followed(linkage, point, curvature)
+        away = np.where(there.reached, there.deviation, np.inf)
+    order = np.argsort(away, kind="stable")[:count]
+    return order[np.isfinite(away[order])]
 
 
 def region_of(problem: Problem) -> Region | None:

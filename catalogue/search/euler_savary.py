@@ -20,8 +20,10 @@ from ..candidates.batch import CandidateBatch, Origin, measured
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
 from ..problem.problem import Problem
-from .draws import DISTANCE, LONGEST, SHORTEST, curvatures, fixed_pivots, summit
+from .draws import DISTANCE, LONGEST, SHORTEST, curvatures, fixed_pivots, likeliest, summit
 
+#: Part of those drawn that is measured, those nearest to the path.
+MEASURED = 0.2
 #: Families that are made, with whether their second dyad is a crank, too.
 PINNED = {"four-bar": True, "slider-crank": False}
 
@@ -36,10 +38,12 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     """
     bend = curvatures(problem, count, random)
     linkage, good = Linkage.valid(drawn(problem, family, bend, random))
-    if not len(linkage):
+    bend = bend[good]
+    some = likeliest(linkage, summit(bend), bend, int(MEASURED * count))
+    if not len(some):
         return None
-    pole = np.full(len(linkage), complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "general"), linkage, summit(bend[good]), pole)
+    linkage, pole = linkage[some], np.full(len(some), complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "general"), linkage, summit(bend[some]), pole)
 
 
 def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:

@@ -18,7 +18,7 @@ class SearchReport:
     eligible: int = 0  #: stored reaches that are of a family, series, configuration and order asked for
     measured: int = 0  #: starts that were laid along the path and measured
     raced: int = 0  #: rounds of single starts in races
-    refined: int = 0  #: trial points that the refinement measured, each from a programme of its own
+    refined: int = 0  #: programmes that the refinement solved, each for a trial point that it measured
     solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
     completed: int = 0  #: there: others, completed along the path
     #: all that was found, whether it meets the constraints or not

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, StraightLine
+from catalogue.find import find
 from catalogue.search import search, starts
+from catalogue.search.search import Search
 
 LINE = StraightLine(100, 0.1)
 
@@ -28,8 +31,10 @@ def test_a_looser_request_has_no_worse_answer(
 ) -> None:
     """Even if hardly anything is tried for it."""
     tight = small.find(request_, **constraints, rank_by=rank_by, limit=3, effort=2)
-    monkeypatch.setattr(starts, "CONSTRAINED", replace(starts.CONSTRAINED, measured=1, drawn=1, tried=1))
-    monkeypatch.setattr(search, "HOPS", 0)
+    monkeypatch.setattr(starts, "STORED", 1)
+    monkeypatch.setattr(starts, "DRAWN", 5)
+    poor = replace(search.BUDGET, per_kind=1, tried=1, rounds=1, dense=0, farther=0, broad=0, hops=0)
+    monkeypatch.setattr(find, "Search", partial(Search, budget=poor))
     looser = replace(request_, deviation=1.2 * request_.deviation)
     alone = small.find(looser, **constraints, rank_by=rank_by, limit=1)
     from_these = small.find(looser, **constraints, rank_by=rank_by, limit=1, starts=tight)

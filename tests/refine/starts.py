@@ -21,13 +21,11 @@ def problem_of(request: Request, rank_by: Any = "score", **wish: Any) -> Problem
 
 
 def started(small: Catalogue, problem: Problem, count: int) -> CandidateBatch:
-    """Return starts of the first stages of a search that reach over the stroke and are not symmetric.
+    """Return starts of a search that reach over the stroke and are not symmetric.
 
     Of a symmetric linkage either crank drives as well, and a step decides which is the better one.
     """
-    search = Search(problem, small.database, refines=False)
-    for _ in range(2):  # in the second linkages are made, too
-        search.step()
+    search = Search(problem, small.database, refines=False, enough=10**9).run()
     assert search.found is not None
     reach = np.isfinite(search.found.deviation) & ~_symmetric(search.found)
     found = search.found[np.flatnonzero(reach)[:count]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,15 @@ import pytest
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.guidance.sensitivity import COUNT, displaced
+from catalogue.guidance.stations import Stationed
 from catalogue.problem.problem import Problem
+from catalogue.refine import race_model
 from catalogue.refine.race import Race, is_raced
 from catalogue.refine.sqp import Refinement
+from catalogue.refine.subproblem import units
 from catalogue.search.report import SearchReport
-from catalogue.search.starts import Extent, Starts
+from catalogue.search.starts import Starts
 from tests.refine.starts import problem_of
 
 LINE, ARC, ANY = StraightLine(1, 3e-4), CircularArc(1, 3e-4, 0.9), CircularArc(1, 3e-4)
@@ -32,11 +37,11 @@ CASES: list[Any] = [
 
 
 def starts_of(small: Catalogue, problem: Problem, count: int) -> CandidateBatch:
-    found = Starts(problem, small.database, SearchReport(), Extent.of(problem)).every(None)
+    starts = Starts(problem, small.database, SearchReport())
+    found = starts.broad(0, count, None)
     assert found is not None
-    some = found[np.argsort(feasibility(problem, found).total, kind="stable")[:count]]
-    assert len(some) > 0.5 * count
-    return some
+    assert len(found) > 0.5 * count
+    return starts.best(found, count)
 
 
 @pytest.mark.slow
@@ -107,6 +112,29 @@ def test_what_a_race_costs_is_what_candidates_cost(small: Catalogue) -> None:
     off = np.abs(race.here.cost - cost(problem, starts[race.start]))
     assert np.median(off) < 0.003
     assert off.max() < 0.1, "read at nine stations"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any radius"])
+def test_the_scatter_changes_with_the_pivots_as_its_slopes_say(small: Catalogue, request_: Any) -> None:
+    """By steps along and against every coordinate."""
+    problem = problem_of(request_, "allowance", families=["four-bar", "slider-crank"], max_size=4.0)
+    machine = Race.of(problem, starts_of(small, problem, 40)).here.machine
+
+    def scatter(there: Stationed) -> Any:
+        return np.sqrt((there.jacobian.across**2).sum(-1).max(0))
+
+    unit, step = units(machine.linkage, machine.point), 1e-5
+    got, want = race_model._scatter_slope(machine, machine.jacobian) * unit, np.zeros(unit.shape)
+    for k, way in product(range(COUNT), (1, -1)):
+        moved = way * step * unit * (np.arange(COUNT) == k)
+        linkage, point, _ = displaced(machine.linkage, machine.point, moved)
+        there = Stationed.settled(linkage, point, machine.curvature, machine.error, machine.angle)
+        want[:, k] += way * scatter(there) / (2 * step)
+    off = np.abs(got - want).max(1) / np.abs(want).max(1)
+    assert np.median(off) < 1e-4
+    assert np.mean(off < 1e-2) > 0.8, "at others another station is about as bad"
+    assert (np.abs(want).max(1) > 0.01 * scatter(machine)).all()
 
 
 @pytest.mark.parametrize(

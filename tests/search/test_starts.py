@@ -19,25 +19,29 @@ from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search import retrieve
 from catalogue.search.report import SearchReport
-from catalogue.search.starts import READS, Extent, Starts
+from catalogue.search.starts import READS, Starts
 from catalogue.store import Database
 
 LINE = StraightLine(1, 1e-3)
 
 
 def test_no_stored_guide_is_a_start_twice(small: Catalogue) -> None:
-    """Be it in a stage or in several together; and as many are tried as a stage may have, of each kind."""
+    """But those of the short phase, which are starts again; and as many are given as are asked for, of each kind."""
     problem, report = Problem.of(LINE, Constraints(families=["four-bar"], max_size=4.0), Ranking()), SearchReport()
-    starts = Starts(problem, small.database, report, Extent.of(problem))
-    gathered = [starts.gathered(0, 1, None), starts.gathered(1, 2, None)]
+    starts, each = Starts(problem, small.database, report), 60
+    short = starts.short(30)
+    assert short is not None
+    assert 0 < len(short) <= 30
+    gathered = [starts.broad(0, each, None), starts.broad(1, each, None)]
     stored: list[int] = []
-    for batch, kinds in zip(gathered, (1, 4), strict=True):
+    for batch, kinds in zip(gathered, (2, 2), strict=True):
         assert batch is not None
-        assert len(batch) <= kinds * starts.extent.tried
+        assert len(batch) <= kinds * each
         stored += [i for i in batch.origin.id.tolist() if i >= 0]
     assert len(stored) > 40
     assert len(set(stored)) == len(stored)
     assert set(stored) <= set(starts.taken.tolist())
+    assert set(short.origin.id.tolist()) & set(stored)
     assert report.measured >= sum(len(batch) for batch in gathered if batch is not None)
 
 

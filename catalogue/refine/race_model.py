@@ -1,0 +1,258 @@
+"""What is asked of machines at stations, linear in the coordinates of their pivots.
+
+Errors, limits and measures become hinges (`hinges`): errors within the tolerance and limits below
+0, strictly; measures towards less than they are, each at the rate at which the cost rises with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..guidance.inverse import of_machine
+from ..guidance.metrics import rotates, transmission
+from ..guidance.sensitivity import COUNT, PoseJacobian, displaced, jacobian_at
+from ..guidance.slides import slide_ends, slide_runs
+from ..guidance.stations import Stationed
+from ..kinematics.batch import Rows
+from ..kinematics.motion import Pose
+from ..kinematics.types import Floats, Mask
+from ..problem.problem import Problem
+from ..problem.ranking import RISING
+from ..problem.request import FULLEST
+from .hinges import Hinges
+from .quantities import NONE, Pieces, Quantities
+from .subproblem import FLATTEST, PIVOT_STEP, WORSE, limits, units
+
+#: Part of the tolerance that steps are to spare before costs count, and afterwards.
+SPARE = (0.04, 0.05)
+#: What limits are to spare then [strokes, right angles].
+APART = (4e-3, 2e-3)
+#: Parts of both that are missed at no price.
+LITTLE, SLIGHTLY = 2e-3, 2e-4
+#: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
+UNIT = 0.05
+#: By how much a measure aspires to less in a round [strokes, right angles, tolerances].
+ASPIRE = 0.5
+#: What a violation costs beside what is ranked, of an error as large as the tolerance: little, as
+#: the next round makes up for it, and a path that never leaves a curved limit is a slow one.
+PRICE = 0.01
+#: Part of its deviation that a machine aims at where the least is sought.
+SHRINK = 0.3
+#: Standard deviations of the error at one station that stand for the allowance of a path.
+ALLOWANCE = 2.2
+#: Part of the tolerance that is left to errors, whatever allowance is asked for.
+LEAST_LEFT = 0.2
+#: Sharpest nominal [1/stroke].
+SHARPEST = -1.9
+
+
+@dataclass(frozen=True)
+class Linear(Rows):
+    """n machines, with what is asked of them linear in the coordinates; arrays of shape (n, ...).
+
+    Attributes
+    ----------
+    machine : Stationed
+    slope : ndarray, shape (n, m, p)
+        Of the errors at the stations.
+    limit, limit_slope : ndarray, shape (n, l), (n, l, p)
+        Broken where positive.
+    measure, measure_slope : ndarray, shape (n, q), (n, q, p)
+        Pieces of what is ranked, as far as each may still fall: weighed by its marginal cost.
+    tolerance, aim : ndarray, shape (n,)
+        Largest error allowed, and that which a step aims at.
+    cost, violation : ndarray, shape (n,)
+        What is ranked; errors and limits beyond their bounds together.
+    """
+
+    machine: Stationed
+    slope: Floats
+    limit: Floats
+    limit_slope: Floats
+    measure: Floats
+    measure_slope: Floats
+    tolerance: Floats
+    aim: Floats
+    cost: Floats
+    violation: Floats
+
+    @classmethod
+    def of(cls, problem: Problem, machine: Stationed) -> Linear:
+        """Return machines with what a problem asks of them."""
+        by = machine.jacobian
+        read = _quantities(problem, machine, by)
+        unit = units(machine.linkage, machine.point)[:, None]
+        slope = np.moveaxis(by.across, 0, 1) * unit
+        bounds = list(limits(problem, read).values())
+        scatter = np.sqrt((by.across**2).sum(-1).max(0))
+        left = problem.deviation - ALLOWANCE * scatter * (problem.constraints.min_allowance or 0.0)
+        tolerance = np.maximum(left, LEAST_LEFT * problem.deviation)
+        aim = tolerance
+        if problem.ranking.only == "deviation":
+            aim = np.minimum(SHRINK * machine.deviation, tolerance)
+        cost, pieces, marginal = _ranked(problem, read, machine, by, scatter)
+        limit, limit_slope = _joined(bounds, unit)
+        measure, measure_slope = _aspiring(pieces, marginal, unit)
+        if problem.curvature is None:
+            more = machine.by_curvature[..., None]
+            slope = np.concatenate([slope, more], axis=2)
+            limit_slope, measure_slope = _widened(limit_slope), _widened(measure_slope)
+            limit, limit_slope = _with_radius(machine.curvature, limit, limit_slope)
+        with np.errstate(all="ignore"):
+            beyond = np.maximum(np.log(machine.deviation / tolerance), 0.0)
+        broken = beyond + np.maximum(limit, 0.0).max(1) / UNIT
+        good = machine.reached & np.isfinite(broken) & np.isfinite(slope).all((1, 2))
+        good &= np.isfinite(limit_slope).all((1, 2)) & np.isfinite(measure_slope).all((1, 2))
+        good &= machine.curvature > SHARPEST
+        return cls(
+            machine, slope, limit, limit_slope, measure, measure_slope, tolerance, aim,
+            np.asarray(cost, float), np.where(good, broken, np.inf),
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.cost)
+
+    @property
+    def bounded(self) -> int:
+        """How many errors and limits there are of each."""
+        return int(self.slope.shape[1] + self.limit.shape[1])
+
+    def hinges(self, inside: Mask, error: Floats | None = None) -> Hinges:
+        """Return errors, limits and measures as hinges; of those not `inside` no measures count."""
+        spare, apart = (np.where(inside, *every[::-1]) for every in (SPARE, APART))
+        error = self.machine.error if error is None else error
+        scale = self.aim[:, None]
+        parts = (
+            (error / scale, self.slope / scale[..., None]),
+            ((self.limit + apart[:, None]) / UNIT, self.limit_slope / UNIT),
+            (self.measure * inside[:, None], self.measure_slope * inside[:, None, None]),
+        )
+        value, slope = (np.concatenate(every, axis=1) for every in zip(*parts, strict=True))
+        return Hinges(slope, value, 1 - spare, (error.shape[1], self.limit.shape[1]))
+
+    def merit(self, inside: Mask) -> Floats:
+        """Return what machines are worth, less is better, infinite where they do not run."""
+        spare = np.where(inside, LITTLE, SPARE[0])
+        apart = np.where(inside, SLIGHTLY, APART[0])
+        error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
+        limit = (self.limit + apart[:, None]) / UNIT
+        beyond = 0.5 * ((np.maximum(error, 0) ** 2).sum(1) + (np.maximum(limit, 0) ** 2).sum(1))
+        merit = np.where(inside, self.cost + PRICE * beyond, beyond)
+        return np.where(np.isfinite(self.violation), merit, np.inf)
+
+
+def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quantities:
+    """Return the measures of machines, read at every other station."""
+    linkage, every = machine.linkage, machine.pose
+    pose = Pose(every.d[::2], every.x[::2], every.origin)
+    built, seen, plane = linkage, pose, 1
+    if problem.constraints.slots:
+        built, seen = of_machine(linkage, pose)
+        plane = 0
+    at = [seen.point(linkage.points[:, i, plane]) for i in (0, 1)]
+    turns = rotates(built) if problem.constraints.full_rotation else None
+    least, driver, _ = transmission(built, at, seen.x, turns)
+    slides = slide_ends(linkage, slide_runs(linkage, pose))
+    return Quantities(problem, linkage, machine.point, driver, slides, pose, by[::2], least)
+
+
+def _ranked(
+    problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats
+) -> tuple[Floats, list[Pieces], Floats]:
+    """Return what machines cost, (n,), the pieces of their measures, and what the cost rises by
+    per unit of each, (q, n)."""
+    ranking, asked = problem.ranking, problem.deviation
+    names = sorted(ranking.quantities - {"deviation", "allowance"})
+    pieces = [read(name) for name in names]
+    values = {}
+    for name, piece in zip(names, pieces, strict=True):
+        worst = piece.value.max(1)
+        there = worst > NONE
+        if name in RISING:
+            values[name] = np.where(there, -worst, np.inf)
+        else:
+            values[name] = np.where(there, worst, 0.0)
+    values["deviation"] = machine.deviation / asked
+    values["allowance"] = (asked - machine.deviation) / (ALLOWANCE * scatter * asked)
+    cost = ranking.cost(values)
+
+    def marginal(name: str) -> Floats:
+        worse = values[name] + (-WORSE if name in RISING else WORSE)
+        with np.errstate(invalid="ignore"):
+            rise = (ranking.cost({**values, name: worse}) - cost) / WORSE
+        return np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
+
+    rates = [marginal(name) for name in names]
+    if ranking.only == "deviation":  # which machines aim at
+        return cost, pieces, np.array(rates)
+    by_error = marginal("deviation") if "deviation" in ranking.quantities else np.zeros(len(cost))
+    if "allowance" in ranking.quantities:
+        rate, forgiven = marginal("allowance"), values["allowance"]
+        slope = (forgiven / scatter)[:, None] * _scatter_slope(machine, by)
+        pieces.append(Pieces(-forgiven[:, None], slope[:, None]))
+        rates.append(rate)
+        by_error = by_error + rate / (ALLOWANCE * scatter)
+    if by_error.any():
+        pieces.append(_both_sides(machine.error / asked, np.moveaxis(by.across, 0, 1) / asked))
+        rates.append(by_error)
+    return cost, pieces, np.array(rates)
+
+
+def _both_sides(error: Floats, slope: Floats) -> Pieces:
+    """Return errors (n, m) and what they are less than 0 by as pieces."""
+    return Pieces(np.concatenate([error, -error], axis=1), np.concatenate([slope, -slope], axis=1))
+
+
+def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
+    """Return the derivatives of the largest scatter of each machine by the coordinates, (n, 10):
+    differences at its station, to which the displaced machine is led by its first derivatives."""
+    square = (by.across**2).sum(-1)
+    step = np.tile(PIVOT_STEP * np.eye(COUNT), (len(machine), 1))
+    each, moved = np.repeat(np.arange(len(machine)), COUNT), np.tile(np.arange(COUNT), len(machine))
+    linkage, point, good = displaced(machine.linkage[each], machine.point[each], step)
+    each, moved = each[good], moved[good]
+    at = np.argmax(square, axis=0)[each]
+    d, x, origin = machine.pose
+    shift = d[at, each] + PIVOT_STEP * by.shift[at, each, moved]
+    turn = (1 + x[at, each]) * np.exp(1j * PIVOT_STEP * by.angle[at, each, moved])
+    pose = Pose(shift[None], turn[None] - 1, origin[each])
+    after = jacobian_at(linkage, point, pose, machine.nominal[1][at, each]).across[0]
+    slope = np.zeros((len(machine), COUNT))
+    slope[each, moved] = (np.sqrt((after**2).sum(-1)) - np.sqrt(square[at, each])) / PIVOT_STEP
+    return np.nan_to_num(slope)
+
+
+def _aspiring(pieces: list[Pieces], marginal: Floats, unit: Floats) -> tuple[Floats, Floats]:
+    """Return pieces (n, q), and slopes, as far as they are above what their measures aspire to.
+
+    The hinge of the largest piece falls at the rate at which the cost does.
+    """
+    if not pieces:
+        return np.zeros((len(unit), 0)), np.zeros((len(unit), 0, unit.shape[2]))
+    weighed = []
+    for piece, rate in zip(pieces, marginal, strict=True):
+        weight = np.sqrt(rate / ASPIRE)[:, None]
+        value = piece.value - (piece.value.max(1, keepdims=True) - ASPIRE)
+        weighed.append(Pieces(weight * value, weight[..., None] * piece.slope))
+    return _joined(weighed, unit)
+
+
+def _joined(pieces: list[Pieces], unit: Floats) -> tuple[Floats, Floats]:
+    """Return all pieces, (n, l), with slopes in units of the coordinates, (n, l, 10)."""
+    value = np.concatenate([piece.value for piece in pieces], axis=1)
+    return value, np.concatenate([piece.slope for piece in pieces], axis=1) * unit
+
+
+def _widened(slope: Floats) -> Floats:
+    """Return slopes with those by one more coordinate, on which nothing depends."""
+    return np.concatenate([slope, np.zeros((*slope.shape[:2], 1))], axis=2)
+
+
+def _with_radius(bend: Floats, limit: Floats, slope: Floats) -> tuple[Floats, Floats]:
+    """Return limits with those on the curvature, the last coordinate: neither flat nor full."""
+    more = np.zeros((len(bend), 2, slope.shape[2]))
+    more[:, 0, -1], more[:, 1, -1] = 1.0, -1.0
+    value = np.stack([bend + 1 / FLATTEST, -FULLEST - bend], axis=1)
+    return np.concatenate([limit, value], axis=1), np.concatenate([slope, more], axis=1)
