@@ -33,8 +33,10 @@ APART = (4e-3, 2e-3)
 LITTLE, SLIGHTLY = 2e-3, 2e-4
 #: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
 UNIT = 0.05
-#: By how much a measure aspires to less in a round [strokes, right angles, tolerances].
+#: By how much a measure aspires to less in a round [strokes, right angles, `PART`].
 ASPIRE = 0.5
+#: Part of the tolerance that errors which are ranked are counted in.
+PART = 0.1
 #: What a violation costs beside what is ranked, of an error as large as the tolerance: little, as
 #: the next round makes up for it, and a path that never leaves a curved limit is a slow one.
 PRICE = 0.01
@@ -195,8 +197,9 @@ def _ranked(
         rates.append(rate)
         by_error = by_error + rate / (ALLOWANCE * scatter)
     if by_error.any():
-        pieces.append(_both_sides(machine.error / asked, np.moveaxis(by.across, 0, 1) / asked))
-        rates.append(by_error)
+        part = PART * asked
+        pieces.append(_both_sides(machine.error / part, np.moveaxis(by.across, 0, 1) / part))
+        rates.append(PART * by_error)
     return cost, pieces, np.array(rates)
 
 

@@ -45,8 +45,8 @@ class Budget:
     rounds: int = 15  #: of a race
     dense: int = 4  #: more rounds at twice as many stations
     leaders: int = 14  #: of a race, refined
-    tried: int = 90  #: starts of each kind refined without a race, and of all in a second round
-    kept: int = 30  #: of these, refined to the end
+    tried: int = 40  #: starts of each kind refined without a race, and of all in a second round
+    kept: int = 24  #: of these, refined to the end
     farther: int = 6  #: rounds of refinement after the second
     broad: int = 3  #: broad phases after the first, where there are too few answers
     hops: int = 6  #: phases of perturbed copies
@@ -202,7 +202,7 @@ class Search:
             race.take_rounds(self.budget.dense)
             self.report.raced += race.taken
             finalists = race.leaders(wanted).finalists(starts)
-        self._take(finalists, max(leaders // 2, self.problem.limit))
+        self._take(finalists, wanted // 2)
 
     def _without_exact(self, starts: CandidateBatch | None) -> CandidateBatch | None:
         """Add starts that nothing makes better to what was found, and return the others."""
