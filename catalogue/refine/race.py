@@ -24,30 +24,29 @@ from ..kinematics.types import Floats, Indices, Mask
 from ..problem.problem import Problem
 from .hinges import bring_inside
 from .race_model import Linear
-from .subproblem import FLATTEST, differenced, units
+from .subproblem import FLATTEST, units
 
-#: Radius of the first round, in the units of `units`.
-RADIUS = 0.1
-#: Largest radius.
-WIDEST = 0.6
-#: What the radius is multiplied by after a round that helped.
-WIDER = 2.5
-#: What it is multiplied by after one that did not.
-NARROWER = 0.25
+
+@dataclass(frozen=True)
+class TrustRegion:
+    """How the radius of steps follows what they gain, in the units of `units`."""
+
+    first: float = 0.1  #: radius of the first round
+    widest: float = 0.6  #: largest radius
+    wider: float = 2.5  #: factor after a round that lowered the merit
+    narrower: float = 0.25  #: factor after one that did not
+
+
+TRUST = TrustRegion()
+#: By how much measures aspire to less, at least and at most, within these as far as the radius:
+#: with short steps only the largest pieces decide [strokes, right angles, `PART`].
+ASPIRE = (0.01, 0.5)
 #: Damping of the first step.
 DAMPING = 0.1
 #: Newton steps of a round before and after multipliers are renewed.
 PLAN = (4, 2)
 #: Newton steps that correct it.
 AGAIN = (3,)
-
-
-def is_raced(problem: Problem) -> bool:
-    """Return whether stations show all that decides, as they do not of zones or of returning points."""
-    wanted = problem.constraints
-    if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
-        return False
-    return not differenced(problem)
 
 
 @dataclass
@@ -82,7 +81,7 @@ class Race:
         n = len(some)
         return cls(
             problem, here, here, here.violation <= 0, some, np.zeros((n, here.bounded)),
-            np.full(n, RADIUS), np.full(n, DAMPING),
+            np.full(n, TRUST.first), np.full(n, DAMPING),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -90,7 +89,7 @@ class Race:
 
     @property
     def merit(self) -> Floats:
-        """What the best of each costs, or by how much it misses the limits, which is worse."""
+        """Cost of the best of each; where limits are broken, more than any such cost."""
         cost, violation = self.best.cost, self.best.violation
         met = violation <= 0
         worst = np.max(cost, where=met, initial=0.0)
@@ -119,7 +118,7 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Return the race of some machines, whose families decide which limits there are."""
+        """Return the race of some machines, with the limits of their families."""
         with np.errstate(all="ignore"):
             here, best = (Linear.of(self.problem, every.machine[index]) for every in (self.here, self.best))
         none = np.zeros((len(index), here.bounded))
@@ -137,13 +136,14 @@ class Race:
         here, inside = self.here, self.inside
         self.taken += len(here)
         with np.errstate(all="ignore"):
-            hinges, none = here.hinges(inside), np.zeros(here.slope.shape[::2])
+            aspired = np.clip(self.radius, *ASPIRE)
+            hinges, none = here.hinges(inside, aspired), np.zeros(here.slope.shape[::2])
             step, multipliers, damping = bring_inside(hinges, none, self.multipliers, self.damping, self.radius, PLAN)
             first = self._after(step)
             straight = first.error - (here.slope @ step[..., None])[..., 0]
             errors = np.where(first.reached[:, None], straight, here.machine.error)
             step, multipliers, damping = bring_inside(
-                here.hinges(inside, errors), step, multipliers, damping, self.radius, AGAIN
+                here.hinges(inside, aspired, errors), step, multipliers, damping, self.radius, AGAIN
             )
             laid = self._after(step).laid(any_radius=self.problem.curvature is None)
             there = Linear.of(self.problem, laid)
@@ -168,8 +168,8 @@ class Race:
         """Go where a round has gained; be more careful elsewhere."""
         length = np.abs(step).max(1)
         self.here = put(self.here, gained, to)
-        radius = np.minimum(self.radius, np.maximum(length, 1e-9)) * NARROWER
-        radius[gained] = np.minimum(np.maximum(length * WIDER, self.radius), WIDEST)[gained]
+        radius = np.minimum(self.radius, np.maximum(length, 1e-9)) * TRUST.narrower
+        radius[gained] = np.minimum(np.maximum(length * TRUST.wider, self.radius), TRUST.widest)[gained]
         self.radius = radius
         self.multipliers = 0.5 * self.multipliers
         self.multipliers[gained] = multipliers[gained]

@@ -33,8 +33,6 @@ APART = (4e-3, 2e-3)
 LITTLE, SLIGHTLY = 2e-3, 2e-4
 #: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
 UNIT = 0.05
-#: By how much a measure aspires to less in a round [strokes, right angles, `PART`].
-ASPIRE = 0.5
 #: Part of the tolerance that errors which are ranked are counted in.
 PART = 0.1
 #: What a violation costs beside what is ranked, of an error as large as the tolerance: little, as
@@ -62,7 +60,9 @@ class Linear(Rows):
     limit, limit_slope : ndarray, shape (n, l), (n, l, p)
         Broken where positive.
     measure, measure_slope : ndarray, shape (n, q), (n, q, p)
-        Pieces of what is ranked, as far as each may still fall: weighed by its marginal cost.
+        Pieces of what is ranked, less the largest piece of the measure.
+    rate : ndarray, shape (n, q)
+        Marginal cost of their measures.
     tolerance, aim : ndarray, shape (n,)
         Largest error allowed, and that which a step aims at.
     cost, violation : ndarray, shape (n,)
@@ -75,6 +75,7 @@ class Linear(Rows):
     limit_slope: Floats
     measure: Floats
     measure_slope: Floats
+    rate: Floats
     tolerance: Floats
     aim: Floats
     cost: Floats
@@ -96,7 +97,7 @@ class Linear(Rows):
             aim = np.minimum(SHRINK * machine.deviation, tolerance)
         cost, pieces, marginal = _ranked(problem, read, machine, by, scatter)
         limit, limit_slope = _joined(bounds, unit)
-        measure, measure_slope = _aspiring(pieces, marginal, unit)
+        measure, measure_slope, rate = _below_largest(pieces, marginal, unit)
         if problem.curvature is None:
             more = machine.by_curvature[..., None]
             slope = np.concatenate([slope, more], axis=2)
@@ -109,7 +110,7 @@ class Linear(Rows):
         good &= np.isfinite(limit_slope).all((1, 2)) & np.isfinite(measure_slope).all((1, 2))
         good &= machine.curvature > SHARPEST
         return cls(
-            machine, slope, limit, limit_slope, measure, measure_slope, tolerance, aim,
+            machine, slope, limit, limit_slope, measure, measure_slope, rate, tolerance, aim,
             np.asarray(cost, float), np.where(good, broken, np.inf),
         )  # fmt: skip
 
@@ -121,21 +122,25 @@ class Linear(Rows):
         """How many errors and limits there are of each."""
         return int(self.slope.shape[1] + self.limit.shape[1])
 
-    def hinges(self, inside: Mask, error: Floats | None = None) -> Hinges:
-        """Return errors, limits and measures as hinges; of those not `inside` no measures count."""
+    def hinges(self, inside: Mask, aspired: Floats, error: Floats | None = None) -> Hinges:
+        """Return errors, limits and measures as hinges, measures only where `inside`, shape (n,).
+
+        A measure aspires to fall by `aspired`, (n,); the hinge of its largest piece falls at the
+        rate at which the cost does.
+        """
         spare, apart = (np.where(inside, *every[::-1]) for every in (SPARE, APART))
         error = self.machine.error if error is None else error
-        scale = self.aim[:, None]
+        scale, weight = self.aim[:, None], np.sqrt(self.rate / aspired[:, None]) * inside[:, None]
         parts = (
             (error / scale, self.slope / scale[..., None]),
             ((self.limit + apart[:, None]) / UNIT, self.limit_slope / UNIT),
-            (self.measure * inside[:, None], self.measure_slope * inside[:, None, None]),
+            (weight * (self.measure + aspired[:, None]), weight[..., None] * self.measure_slope),
         )
         value, slope = (np.concatenate(every, axis=1) for every in zip(*parts, strict=True))
         return Hinges(slope, value, 1 - spare, (error.shape[1], self.limit.shape[1]))
 
     def merit(self, inside: Mask) -> Floats:
-        """Return what machines are worth, less is better, infinite where they do not run."""
+        """Return merits, less is better; infinite for a machine that does not run."""
         spare = np.where(inside, LITTLE, SPARE[0])
         apart = np.where(inside, SLIGHTLY, APART[0])
         error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
@@ -163,8 +168,7 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
 def _ranked(
     problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats
 ) -> tuple[Floats, list[Pieces], Floats]:
-    """Return what machines cost, (n,), the pieces of their measures, and what the cost rises by
-    per unit of each, (q, n)."""
+    """Return costs (n,), the pieces of the ranked measures, and the marginal cost of each (q, n)."""
     ranking, asked = problem.ranking, problem.deviation
     names = sorted(ranking.quantities - {"deviation", "allowance"})
     pieces = [read(name) for name in names]
@@ -227,19 +231,14 @@ def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
     return np.nan_to_num(slope)
 
 
-def _aspiring(pieces: list[Pieces], marginal: Floats, unit: Floats) -> tuple[Floats, Floats]:
-    """Return pieces (n, q), and slopes, as far as they are above what their measures aspire to.
-
-    The hinge of the largest piece falls at the rate at which the cost does.
-    """
+def _below_largest(pieces: list[Pieces], marginal: Floats, unit: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return pieces less the largest of their measure (n, q), slopes, and marginal costs (n, q)."""
     if not pieces:
-        return np.zeros((len(unit), 0)), np.zeros((len(unit), 0, unit.shape[2]))
-    weighed = []
-    for piece, rate in zip(pieces, marginal, strict=True):
-        weight = np.sqrt(rate / ASPIRE)[:, None]
-        value = piece.value - (piece.value.max(1, keepdims=True) - ASPIRE)
-        weighed.append(Pieces(weight * value, weight[..., None] * piece.slope))
-    return _joined(weighed, unit)
+        none = np.zeros((len(unit), 0))
+        return none, np.zeros((len(unit), 0, unit.shape[2])), none
+    below = [Pieces(p.value - p.value.max(1, keepdims=True), p.slope) for p in pieces]
+    rate = np.repeat(marginal, [p.value.shape[1] for p in pieces], axis=0).T
+    return *_joined(below, unit), rate
 
 
 def _joined(pieces: list[Pieces], unit: Floats) -> tuple[Floats, Floats]:

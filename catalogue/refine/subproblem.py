@@ -254,6 +254,14 @@ def differenced(problem: Problem) -> list[str]:
     return rough
 
 
+def is_raced(problem: Problem) -> bool:
+    """Return whether machines at stations show all limits: not of zones or returning points."""
+    wanted = problem.constraints
+    if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
+        return False
+    return not differenced(problem)
+
+
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
     """Return the limits, raised to what is measured between the stations of their pieces."""
     made = limits(problem, read)

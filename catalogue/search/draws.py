@@ -22,7 +22,7 @@ DISTANCE, SPREAD = 1.0, 0.6
 
 
 def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
-    """Return which of the families that can be made, with whether they have pins only, suit a problem."""
+    """Return the families, mapped to whether all their joints are pins, that suit a problem."""
     wanted = problem.constraints
     if wanted.series or wanted.configurations or wanted.order or wanted.slots or wanted.returns:
         return []

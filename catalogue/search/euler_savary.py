@@ -47,7 +47,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
 
 
 def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:
-    """Return the pivots (n, 2, 2, 3) of linkages with contact of second order with paths of curvatures (n,); NaN where
+    """Return pivots (n, 2, 2, 3) in second-order contact with paths of curvatures (n,); NaN where
     they cannot be, or have links out of all proportion."""
     count = len(curvature)
     point = summit(curvature)

@@ -25,10 +25,10 @@ from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import EXACT_DEVIATION, cost, faults, feasibility
 from ..candidates.select import unlike
 from ..kinematics.batch import join
-from ..kinematics.types import Array, Floats
+from ..kinematics.types import Array, Floats, Mask
 from ..problem.problem import Problem
-from ..refine.race import Race, is_raced
 from ..refine.sqp import RADIUS_FACTORS, Refinement
+from ..refine.subproblem import is_raced
 from ..store import Database
 from .report import SearchReport
 from .starts import Starts, is_constrained
@@ -44,14 +44,15 @@ class Budget:
     raced: int = 150  #: starts of a race
     rounds: int = 15  #: of a race
     dense: int = 4  #: more rounds at twice as many stations
-    leaders: int = 14  #: of a race, refined
+    leaders: int = 20  #: of a race, refined
     tried: int = 40  #: starts of each kind refined without a race, and of all in a second round
     kept: int = 24  #: of these, refined to the end
     farther: int = 6  #: rounds of refinement after the second
     broad: int = 3  #: broad phases after the first, where there are too few answers
-    hops: int = 6  #: phases of perturbed copies
-    hopped: int = 32  #: perturbed copies of a phase
-    landed: int = 5  #: leaders of a race of these
+    hops: int = 10  #: phases of perturbed copies
+    hopped: int = 40  #: perturbed copies of a phase
+    landed: int = 12  #: leaders of a race of these
+    rare: int = 40  #: starts of a family that are too few for a race
     in_vain: int = 2  #: such phases in a row that gain nothing and end the search
 
 
@@ -118,7 +119,7 @@ class Search:
         return self
 
     def step(self) -> None:
-        """Take one phase more, after which what was found is no worse."""
+        """Run the next phase; the list of what was found only improves."""
         ended = next(self._phases, "found")
         if ended:
             self._leave_out()
@@ -151,12 +152,16 @@ class Search:
     # -- phases ---------------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
         """Take the phases one by one; yield why the search ends after each, or nothing."""
-        if self.effort == 1 and self.refines and (self._has_bound or not self._is_constrained):
+        if self.effort == 1 and self.refines and ((self._has_bound and self._races) or not self._is_constrained):
             self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
             yield self._enough_already
         each = self.budget.per_kind if self._races else self.budget.tried
+        if not self.refines:
+            each = max(each, self.problem.limit)
         for number in range(1 + self.budget.broad):
             starts = self._gathered(self.starts.broad, number, each, self.found)
+            if not (self.refines or self.report.eligible):
+                break
             self._race(starts, self.budget.raced, self.budget.leaders)
             if self._worth_something.sum() >= self.enough:
                 break
@@ -185,27 +190,36 @@ class Search:
         return starts if starts is not None and len(starts) else None
 
     def _race(self, starts: CandidateBatch | None, count: int, leaders: int) -> None:
-        """Have as many starts as are told race, and refine the leaders; or all without a race."""
+        """Race at most `count` starts and refine the leaders; refine all where no race is run."""
         wanted = max(leaders, self.problem.limit)
         starts = self._without_exact(starts)
         if starts is None or not self._races or len(starts) <= wanted:
             self._take(starts, max(self.budget.kept, self.problem.limit))
             return
-        with self.report.timed("race"):
-            starts = self.starts.best(starts, count)
-            race = Race.of(self.problem, starts)
-            for number in range(self.budget.rounds):
-                race.round()
-                if number + 1 in [round(cut * self.budget.rounds) for cut in CUTS]:
-                    race = race.leaders(max(int(CUT * len(race)), wanted))
-            race = race.denser()
-            race.take_rounds(self.budget.dense)
-            self.report.raced += race.taken
-            finalists = race.leaders(wanted).finalists(starts)
+        rare = self._rare(starts)
+        racing = starts[np.flatnonzero(~rare)]
+        finalists = starts[np.flatnonzero(rare)]
+        if len(racing):
+            with self.report.timed("race"):
+                finalists = join(finalists, self._leaders(self.starts.best(racing, count), wanted))
         self._take(finalists, wanted // 2)
 
+    def _leaders(self, starts: CandidateBatch, wanted: int) -> CandidateBatch:
+        """Race starts with successive cuts, return the leaders measured on their finite motion."""
+        from ..refine.race import Race  # a brief search runs none
+
+        race = Race.of(self.problem, starts)
+        for number in range(self.budget.rounds):
+            race.round()
+            if number + 1 in [round(cut * self.budget.rounds) for cut in CUTS]:
+                race = race.leaders(max(int(CUT * len(race)), wanted))
+        race = race.denser()
+        race.take_rounds(self.budget.dense)
+        self.report.raced += race.taken
+        return race.leaders(wanted).finalists(starts)
+
     def _without_exact(self, starts: CandidateBatch | None) -> CandidateBatch | None:
-        """Add starts that nothing makes better to what was found, and return the others."""
+        """Move exact guides from the starts to what was found where deviation is ranked."""
         if starts is None or self.problem.ranking.only != "deviation":
             return starts
         exact = (starts.traced.relative <= EXACT_DEVIATION) & feasibility(self.problem, starts).all
@@ -213,8 +227,13 @@ class Search:
         self._add(done, cost(self.problem, done))
         return starts[np.flatnonzero(~exact)]
 
+    def _rare(self, starts: CandidateBatch) -> Mask:
+        """Mark starts of families with too few starts for a race, shape (n,)."""
+        _, family, count = np.unique(starts.linkage.family, return_inverse=True, return_counts=True)
+        return np.asarray((count <= self.budget.rare)[family])
+
     def _take(self, starts: CandidateBatch | None, kept: int) -> None:
-        """Refine starts for two rounds, the best of them farther; or take them as they are."""
+        """Refine starts for two rounds and the best of them farther, or take them as stored."""
         if starts is None or not len(starts):
             return
         if not self.refines:
@@ -235,7 +254,7 @@ class Search:
             self._put_aside(refinement)
 
     def _refine_farther(self, refinement: Refinement) -> None:
-        """Take more rounds, as long as more than a few are on their way, or the best is."""
+        """Run further rounds while several candidates, or the best one, still move."""
         for _ in range(self.budget.farther):
             left = np.flatnonzero(refinement.active)
             few = len(left) <= FEW and np.argmin(refinement.merit) not in left
@@ -245,8 +264,10 @@ class Search:
         self.report.refined += refinement.evaluated
 
     def _lead_in(self) -> None:
-        """Search for the least deviation under all other constraints, until one is small enough,
-        and refine from there: what that search reaches within a tolerance is never denied."""
+        """Minimise the deviation under the other constraints until it is small enough, then refine.
+
+        So no tolerance is denied that a search for the least deviation reaches.
+        """
         if self.problem.ranking.only == "deviation":
             return
         least = Search(
@@ -274,11 +295,11 @@ class Search:
 
     # -- what was found -----------------------------------------------------------------------------
     def _put_aside(self, refinement: Refinement) -> None:
-        """Add what came of a refinement to what was found."""
+        """Add the best points of a refinement to what was found."""
         self._add(refinement.best, refinement.best_cost)
 
     def _add(self, candidates: CandidateBatch, costs: Floats) -> None:
-        """Add candidates to what was found."""
+        """Add candidates with their costs to what was found."""
         if len(candidates):
             self.found = candidates if self.found is None else join(self.found, candidates)
             self.cost = np.concatenate([self.cost, costs])
@@ -339,7 +360,7 @@ class Search:
 
     @property
     def _is_varied(self) -> bool:
-        """Whether what was found fills the list with no more of a series than are asked for."""
+        """Whether what was found fills the list within the quota of each series."""
         most, series = self.problem.ranking.per_series, self.problem.constraints.series
         if self.found is None or not most:
             return True

@@ -69,7 +69,7 @@ class Starts:
         return self._joined(parts, count)
 
     def broad(self, number: int, each: int, found: CandidateBatch | None) -> CandidateBatch | None:
-        """Return starts of all kinds, of each as many as are told, in one of several phases."""
+        """Return at most `each` starts of every kind for a broad phase."""
         if self.problem.is_wide:
             parts = self._circling()
         else:

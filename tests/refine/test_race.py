@@ -15,9 +15,9 @@ from catalogue.guidance.sensitivity import COUNT, displaced
 from catalogue.guidance.stations import Stationed
 from catalogue.problem.problem import Problem
 from catalogue.refine import race_model
-from catalogue.refine.race import Race, is_raced
+from catalogue.refine.race import Race
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.subproblem import units
+from catalogue.refine.subproblem import is_raced, units
 from catalogue.search.report import SearchReport
 from catalogue.search.starts import Starts
 from tests.refine.starts import problem_of
