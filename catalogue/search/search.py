@@ -1,15 +1,15 @@
-"""The search: phases, each of which gathers starts and refines those that lead to answers.
+"""The search: phases that gather starts and refine the promising ones.
 
-A phase gathers stored guides, guides made to measure, or perturbed copies of the best that was
-found.  Its starts race to where they meet the constraints (`catalogue.refine.race`); the leaders
-are refined on their finite motion (`catalogue.refine.sqp`).  What a race does not see, such as
-least deviations, is refined from the first round on, fewer the farther it goes (successive
-halving, K. Jamieson and A. Talwalkar, AISTATS 2016, 240-248).
+The starts of a phase are stored guides, synthesised guides, or perturbed copies of the best point
+found.  They race into the constraints (`catalogue.refine.race`), and the leaders are refined on
+their finite motion (`catalogue.refine.sqp`), fewer of them the farther it goes (successive
+halving, K. Jamieson and A. Talwalkar, AISTATS 2016, 240-248).  Starts of a family with few of them
+are refined without a race.
 
-The first phase is short: it ends the search where enough answers come of it and none can be much
-better.  The best of what was found is perturbed for as long as that pays (basin hopping,
-D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101 (1997) 5111-5116).  A unit of effort more is a
-search anew, from other starts.  All is counted, nothing timed: answers are the same everywhere.
+The first phase is short: it ends the search with a full list, none of which can be much better.
+The best is perturbed for as long as that pays (basin hopping, D. J. Wales and J. P. K. Doye,
+J. Phys. Chem. A 101 (1997) 5111-5116).  A unit of effort more is a search from other starts.  All
+budgets are counts, so that answers are equal on every machine.
 """
 
 from __future__ import annotations
@@ -89,8 +89,10 @@ def by_deviation(problem: Problem) -> Problem:
 
 @dataclass
 class Search:
-    """A search for a problem, and what it found: the cheapest that met the constraints of each
-    start that was refined, or the nearest to that."""
+    """A search for a problem, and what it found.
+
+    Of each refined start the cheapest point inside the constraints is kept, else the nearest one.
+    """
 
     problem: Problem
     database: Database
@@ -133,18 +135,18 @@ class Search:
 
     def again(self) -> Search:
         """Return a search for the same from other starts."""
-        another = replace(
-            self, problem=self._asked, given=None, effort=self.effort + 1, found=None, cost=np.zeros(0),
-            status="searching",
-        )  # fmt: skip
+        fresh: dict[str, Any] = {"found": None, "cost": np.zeros(0), "status": "searching"}
+        another = replace(self, problem=self._asked, given=None, effort=self.effort + 1, **fresh)
         another.starts.taken = self.starts.taken
         return another
 
     def answers_near(self, candidate: CandidateBatch) -> CandidateBatch | None:
-        """Return answers that come of the stored starts most like a candidate, or most promising;
-        None if there are none."""
+        """Return answers refined from a candidate, and from stored starts like it or promising.
+
+        None if there are none.
+        """
         starts = self.starts.likely(candidate, LIKELY)
-        self._take(starts, LIKELY)
+        self._take(candidate if starts is None else join(candidate, starts), LIKELY)
         if self.found is None or not self._feasible:
             return None
         return self.found[np.flatnonzero(np.isfinite(self.cost))]
@@ -219,7 +221,7 @@ class Search:
         return race.leaders(wanted).finalists(starts)
 
     def _without_exact(self, starts: CandidateBatch | None) -> CandidateBatch | None:
-        """Move exact guides from the starts to what was found where deviation is ranked."""
+        """Move exact guides from the starts to the answers, if deviation is ranked."""
         if starts is None or self.problem.ranking.only != "deviation":
             return starts
         exact = (starts.traced.relative <= EXACT_DEVIATION) & feasibility(self.problem, starts).all
@@ -270,10 +272,8 @@ class Search:
         """
         if self.problem.ranking.only == "deviation":
             return
-        least = Search(
-            by_deviation(self.problem), self.database, self.report, enough=self.enough, effort=self.effort,
-            budget=self.budget,
-        )  # fmt: skip
+        how: dict[str, Any] = {"enough": self.enough, "effort": self.effort, "budget": self.budget}
+        least = Search(by_deviation(self.problem), self.database, self.report, **how)
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
         found = self._meeting(least.found)

@@ -310,7 +310,8 @@ def test_answers_come_in_the_order_asked_for(ask: Ask, request_: Any, criterion:
     fine = criterion in ("deviation", "allowance", "score")
     slack = 2e-3 * np.abs(price).max() if fine else 1e-9 * np.abs(price).max()
     assert np.all(np.diff(price) >= -slack)
-    assert price[-1] > price[0] + slack
+    if (request_, criterion) != (ARC, "uniformity"):  # parallel cranks alike are as good as it gets
+        assert price[-1] > price[0] + slack
 
 
 def test_every_criterion_is_one_that_is_tested_here() -> None:

@@ -92,8 +92,8 @@ def test_a_candidate_is_a_linkage_with_a_path(found: Found) -> None:
 def test_a_full_answer_explains_itself(small: Catalogue, found: Found) -> None:
     told = found.explain()
     assert told.splitlines()[0].startswith("straight line of 150 within 0.05: ")
-    assert "8 are shown" in told
-    assert f"loaded: {small.database.path}" in told
+    assert "8 answers" in told
+    assert f"database {small.database.path}" in told
     assert "no plugin loaded" in told
     assert all(f"{step} " in told.splitlines()[-1] for step in ("starts", "refine", "verify"))
     assert "no guide found" not in told

