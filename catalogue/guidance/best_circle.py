@@ -86,7 +86,7 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
                 better = part[lower[part] < least[each[part]]]
                 centre[each[better]], least[each[better]] = other[better], lower[better]
                 stations[:, each[better]] = there[:, better]
-        deviation = least
+        deviation, before = least, centre
         places = stations.astype(float)
         for near in POLISHED:  # the extremes lie between the fine points
             tried = np.clip(places[None] + near[:, None, None], 0, len(fine) - 1).reshape(3 * len(near), n)
@@ -96,6 +96,10 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
             step = move[0] + 1j * move[1]
             centre = centre + np.where(np.abs(step) < MAX_POLISH * deviation, step, 0.0)
             places = np.take_along_axis(tried, best, 0)
+        # extremes elsewhere decide where the descent ended short of the best place
+        found = np.abs(np.abs(fine - centre) - radius).max(0)
+        short = found > deviation * (1 + MAX_POLISH)
+        centre, deviation = np.where(short, before, centre), np.where(short, least, np.maximum(deviation, found))
         unresolved = np.abs(points.coefficients[-2:] @ z).sum(0)
     return Circles(centre, deviation, unresolved, stations)
 

@@ -36,7 +36,9 @@ def alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
 def run_as_command(path: Path, text: str) -> None:
     """Run a file as `python FILE` does, or as `python -m` if it imports others by its folder."""
     if f"from {path.parts[0]}." in text:
-        runpy.run_module(".".join(path.with_suffix("").parts), run_name="__main__", alter_sys=True)
+        name = ".".join(path.with_suffix("").parts)
+        sys.modules.pop(name, None)  # another test may have imported it
+        runpy.run_module(name, run_name="__main__", alter_sys=True)
     else:
         sys.path.insert(0, str((ROOT / path).parent))
         runpy.run_path(str(ROOT / path), run_name="__main__")
