@@ -48,13 +48,13 @@ if TYPE_CHECKING:
     from .find.results import Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
-    from .problem.request import CircularArc, StraightLine
+    from .problem.path import CircularArc, StraightLine
 
 _HOME = {
     "Candidate": "find.candidate",
     "Catalogue": "api",
     "CatalogueError": "errors",
-    "CircularArc": "problem.request",
+    "CircularArc": "problem.path",
     "ConstraintArguments": "problem.constraints",
     "Constraints": "problem.constraints",
     "Curvature": "curvature_theory.analysis",
@@ -73,7 +73,7 @@ _HOME = {
     "PlacedGuide": "find.placed",
     "PluginError": "errors",
     "StandStill": "find.dwell_results",
-    "StraightLine": "problem.request",
+    "StraightLine": "problem.path",
     "Stretch": "find.measure",
     "classify": "api",
     "curvature": "curvature_theory.analysis",

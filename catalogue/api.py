@@ -11,7 +11,7 @@ from .folders import default_database
 from .given import names, switch
 from .problem.constraints import Constraints
 from .problem.criteria import ANSWERS, DISTINCT
-from .problem.request import path_request
+from .problem.path import path_request
 from .store import Database
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from .plugin.registry import Registry
     from .populate.fill import Progress
     from .problem.constraints import ConstraintArguments, DwellArguments
-    from .problem.request import Request
+    from .problem.path import PathRequest
     from .series.classification import Classification
 
 
@@ -68,7 +68,7 @@ class Catalogue:
 
     def find(
         self,
-        request: Request,
+        request: PathRequest,
         *,
         limit: int = ANSWERS,
         rank_by: str | Mapping[str, float] | Sequence[str] = "score",
@@ -177,7 +177,7 @@ class Catalogue:
     def find_in(
         self,
         name: str,
-        request: Request,
+        request: PathRequest,
         *,
         limit: int = ANSWERS,
         rank_by: str = "deviation",

@@ -17,7 +17,7 @@ from .units import unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.results import Found
-    from ..problem.request import Request
+    from ..problem.path import PathRequest
 
 #: Columns of the table in order.
 TABLE = (
@@ -69,7 +69,7 @@ def circular_arc(**options: Any) -> None:
     _find(request_from(options, curved=True), options)
 
 
-def request_from(options: dict[str, Any], *, curved: bool, share: float | None = None) -> Request:
+def request_from(options: dict[str, Any], *, curved: bool, share: float | None = None) -> PathRequest:
     """Build a request from the options of a path, and remove them.
 
     Parameters
@@ -86,7 +86,7 @@ def request_from(options: dict[str, Any], *, curved: bool, share: float | None =
     InvalidRequest
         If the options contradict one another or define no path.
     """
-    from ..problem.request import CircularArc, StraightLine
+    from ..problem.path import CircularArc, StraightLine
 
     deviation, arc = options.pop("deviation"), {name: options.pop(name, None) for name in ("radius", "angle")}
     path = _path(options, **arc)
@@ -99,7 +99,7 @@ def request_from(options: dict[str, Any], *, curved: bool, share: float | None =
 
 def _path(options: dict[str, Any], radius: float | None = None, angle: float | None = None) -> dict[str, Any]:
     """Return stroke, start and direction of a path from its options, and remove them."""
-    from ..problem.request import consistent_arc, ends
+    from ..problem.path import consistent_arc, ends
 
     stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
     if end is None:
@@ -114,7 +114,7 @@ def _path(options: dict[str, Any], radius: float | None = None, angle: float | N
     return ends(start or (0.0, 0.0), end)
 
 
-def _find(request: Request, options: dict[str, Any]) -> None:
+def _find(request: PathRequest, options: dict[str, Any]) -> None:
     if options["collection"] is not None:
         from .find_collection import find_in
 

@@ -11,7 +11,7 @@ from click.core import ParameterSource
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
 from ..find.columns import TABLE as MADE
-from ..problem.request import Request
+from ..problem.path import PathRequest
 from .find_options import OPTIONS
 from .tables import codes, print_results, print_table, row
 from .units import with_unit
@@ -38,7 +38,7 @@ KNOWN = (
 )
 
 
-def find_in(request: Request, options: Mapping[str, Any]) -> None:
+def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
     """Answer a request from the collection that the options name."""
     from ..api import open
 
@@ -78,7 +78,7 @@ def _asked(name: str) -> bool:
     return given in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
 
 
-def _table(found: CollectionResults, request: Request) -> None:
+def _table(found: CollectionResults, request: PathRequest) -> None:
     metrics = found.collection.metrics
     own = {name: Column(name, m.unit, m.meaning) for name, m in metrics.items()}
     meanings = {

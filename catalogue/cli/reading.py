@@ -14,7 +14,7 @@ from ..given import number
 from ..kinematics.from_lengths import guide_from_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes
-from ..problem.request import point
+from ..problem.path import point
 from ..units import factor
 from .rows import LENGTHS, NUMBERS, Row, rows_of
 from .units import UNITS, WRITTEN

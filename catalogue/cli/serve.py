@@ -12,7 +12,7 @@ from .find import circular_arc, request_from, straight_line, to_keywords
 from .options import DB, PLUGINS, option, switch
 
 if TYPE_CHECKING:
-    from ..problem.request import Request
+    from ..problem.path import PathRequest
     from ..web.wish import Form
 
 
@@ -51,7 +51,7 @@ def wish_form(series: Sequence[str]) -> Form:
     return Form({"straight-line": straight_line, "circular-arc": circular_arc}, asked, choices)
 
 
-def asked(command: str, options: dict[str, Any]) -> tuple[Request, dict[str, Any]]:
+def asked(command: str, options: dict[str, Any]) -> tuple[PathRequest, dict[str, Any]]:
     """Convert the options of a command to a request and keywords of `Catalogue.find`."""
     request = request_from(options, curved=command == "circular-arc")
     to_keywords(options)

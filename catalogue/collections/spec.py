@@ -30,7 +30,7 @@ from ..errors import PluginError, quoted
 from ..foreign_code import checked_name, checked_text
 
 if TYPE_CHECKING:
-    from ..problem.request import Request
+    from ..problem.path import PathRequest
     from .results import CollectionCandidate
 
 #: JSON objects that say all of a mechanism.
@@ -154,9 +154,9 @@ class Tags:
 
 
 Draw = Callable[[str, np.random.Generator, int], Sequence[Specimen]]
-Measure = Callable[[Sequence[Parameters], "Request"], Sequence[Measured]]
+Measure = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Measured]]
 Classify = Callable[[Parameters], Tags]
-Refine = Callable[[Sequence[Parameters], "Request"], Sequence[Parameters]]
+Refine = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Parameters]]
 Plot = Callable[["CollectionCandidate", Path | None], Any]
 
 

@@ -23,7 +23,7 @@ from ..foreign_code import NAME
 from ..given import field_types, number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
-from ..problem.request import consistent_arc, point
+from ..problem.path import consistent_arc, point
 from ..units import millimetres, unit_or_none
 from .candidate import Candidate
 from .codes import KEPT, LENGTH, code_of, is_code, keep, kept

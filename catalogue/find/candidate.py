@@ -15,7 +15,7 @@ from ..errors import InvalidRequest, quoted
 from ..given import complexes, switch
 from ..guidance.sensitivity import NODES, sensitivity
 from ..kinematics.types import Complexes, Floats
-from ..problem.request import CircularArc, PathFrame, Request, StraightLine, places
+from ..problem.path import CircularArc, PathFrame, PathRequest, StraightLine, places
 from .columns import CANDIDATE, attributes
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .placed import PlacedGuide
@@ -103,7 +103,7 @@ class Candidate(PlacedGuide):
         return PathFrame((self.start[0], self.start[1]), self.along)
 
     @property
-    def request(self) -> Request:
+    def request(self) -> PathRequest:
         """The path of this candidate as a request, with its own deviation as tolerance.
 
         Raises

@@ -33,9 +33,9 @@ from ..guidance.return_path import lift
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import DRIVE, LENGTHS, Constraints
+from ..problem.path import PathRequest
 from ..problem.problem import SEARCH_TOLERANCE, Problem
 from ..problem.region import FAR, Region
-from ..problem.request import Request
 from ..refine.sqp import Refinement
 from ..search.report import SearchReport
 from ..search.search import Search
@@ -116,7 +116,7 @@ class Explanation:
 
     database: Database
     problem: Problem
-    request: Request
+    request: PathRequest
     report: SearchReport
     count: int  #: number of answers
     series: Callable[[], Mapping[str, Series]] = dict  #: returns the series by code, for prescribed pivots
@@ -373,7 +373,7 @@ def _widened(problem: Problem, name: str, places: Complexes, room: float) -> Reg
     return Region.of(name, [float(f"{v:.5g}") if abs(v) < infinite else math.copysign(math.inf, v) for v in sides])
 
 
-def describe(request: Request) -> str:
+def describe(request: PathRequest) -> str:
     """Describe a request in words."""
     if request.kind == "line":
         return f"straight line of {request.stroke:g} within {request.deviation:g}"

@@ -16,9 +16,9 @@ from ..given import positive, switch, whole
 from ..kinematics.batch import join
 from ..kinematics.types import Array
 from ..problem.constraints import PRESCRIBED, Constraints
+from ..problem.path import PathRequest, path_request
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import Request, path_request
 from ..refine.certificate import Certificate, Drifts, certified
 from ..search.report import SearchReport
 from ..search.search import Search
@@ -47,7 +47,7 @@ class Selection:
 
 def find(
     catalogue: Catalogue,
-    request: Request,
+    request: PathRequest,
     constraints: Constraints,
     *,
     limit: int,

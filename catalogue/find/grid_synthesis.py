@@ -13,7 +13,7 @@ import numpy as np
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.minimum_zone import grid
 from ..kinematics.types import Complexes, Floats, Indices
-from ..problem.request import Request
+from ..problem.path import PathRequest
 
 #: Intervals of the Chebyshev stations along the path, an even number: the middle station is
 #: mid-stroke.
@@ -85,7 +85,7 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
     return np.asarray(np.stack([a, a_, b, b_], axis=-1)[order].reshape(-1, 2, 2))
 
 
-def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
+def reaches(crank: tuple[tuple[float, float], ...], request: PathRequest) -> bool:
     """Tell whether a crank with its arm reaches the whole path of a request."""
     assert request.radius is not None
     path = Nominal(request.stroke, request.radius).at(0.5 * (1 + grid(INTERVALS).nodes))[0]

@@ -15,7 +15,7 @@ from ..kinematics.closure import Closure
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
 from ..kinematics.types import Array, Complexes, Floats, Mask
-from ..problem.request import places
+from ..problem.path import places
 from ..units import LENGTH, factor, power, unit_or_none
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from ..guidance.fixed_nominal import in_place as traced_in_place
 from ..kinematics.linkage import PR, Linkage
 from ..kinematics.types import Complexes
 from ..problem.constraints import REGIONS, Constraints
+from ..problem.path import CircularArc, PathRequest, path_request
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, Request, path_request
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
 from .candidate import Candidate
@@ -103,7 +103,7 @@ class Improvement(Results[Candidate]):
 
 def improve(
     guide: PlacedGuide,
-    request: Request,
+    request: PathRequest,
     *,
     hold: str | Sequence[str] = (),
     in_place: bool = False,
@@ -194,7 +194,7 @@ class ImprovementTask:
     """A guide to improve, with its problem and what is held."""
 
     guide: PlacedGuide
-    request: Request
+    request: PathRequest
     problem: Problem
     held: HeldLengths
     nominal: Nominal | None  #: nominal of a path that stays in place
@@ -204,7 +204,7 @@ class ImprovementTask:
     def of(
         cls,
         guide: PlacedGuide,
-        request: Request,
+        request: PathRequest,
         wanted: Constraints,
         hold: str | Sequence[str],
         in_place: bool,

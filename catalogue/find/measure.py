@@ -27,7 +27,7 @@ from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
-from ..problem.request import consistent_arc, is_wide
+from ..problem.path import consistent_arc, is_wide
 from ..series.classification import classify
 from ..units import common
 from .candidate import Candidate

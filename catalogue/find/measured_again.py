@@ -22,7 +22,7 @@ from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import measure
 from ..guidance.placement import at_stroke
 from ..guidance.trace import Traced
-from ..problem.request import StraightLine
+from ..problem.path import StraightLine
 from .candidate import Candidate
 from .columns import DWELL, LENGTH, STRETCH
 from .dwell_results import DwellCandidate

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InvalidLinkage, InvalidRequest
 from ..given import text
 from ..kinematics.linkage import Linkage
-from ..problem.request import point as two_numbers
+from ..problem.path import point as two_numbers
 from ..units import common, unit_or_none
 from .placed import PlacedGuide
 

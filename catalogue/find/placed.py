@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..problem.request import Request
+    from ..problem.path import PathRequest
     from .improve import Improvement
     from .measure import Measured
 
@@ -478,7 +478,7 @@ class PlacedGuide:
         how = {"bar_width": bar_width, "hole": hole, "positions": positions, "columns": columns, "over": over}
         return export(self, file, format, unit=unit, **how)
 
-    def improve(self, request: Request, **how: Any) -> Improvement:
+    def improve(self, request: PathRequest, **how: Any) -> Improvement:
         """Optimise the guide from where it is, and compare it with the best of a catalogue.
 
         Parameters

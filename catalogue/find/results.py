@@ -20,8 +20,8 @@ from ..guidance.sensitivity import sensitivity
 from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Array, Complexes, Floats
+from ..problem.path import PathRequest
 from ..problem.problem import Problem
-from ..problem.request import Request
 from .candidate import COLUMNS, Candidate
 
 if TYPE_CHECKING:
@@ -185,13 +185,15 @@ class Frames(Rows):
     direction: Complexes  # unit vector
 
     @classmethod
-    def of(cls, request: Request, n: int) -> Frames:
+    def of(cls, request: PathRequest, n: int) -> Frames:
         """Repeat the frame of a request n times."""
         place = (float(request.extent), complex(request.origin), float(request.along), complex(request.direction))
         return cls(*(np.full(n, value) for value in place))
 
 
-def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Drifts | None = None) -> list[Candidate]:
+def candidates(
+    problem: Problem, request: PathRequest, chosen: Selection, drifts: Drifts | None = None
+) -> list[Candidate]:
     """Build candidates in the unit and frame of the request, with the drifts of refined ones."""
     found, frames = chosen.found, Frames.of(request, len(chosen.found))
     slots = problem.constraints.slots

@@ -14,7 +14,7 @@ from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.sampling import POLYLINE_ERROR, Samples, lowest, resolved
 from ..kinematics.splines import SPLINE_ERROR, place_points
 from ..kinematics.types import Array, Complexes, Floats
-from ..problem.request import places
+from ..problem.path import places
 from .guide_motion import GuideMotion
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
-from ..problem.request import CircularArc, Request, StraightLine
+from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
@@ -53,7 +53,7 @@ class CollectionResults(Results[CollectionCandidate]):
 def find_in(
     database: Database,
     collection: Collection,
-    request: Request,
+    request: PathRequest,
     *,
     limit: int,
     rank_by: str,
@@ -142,7 +142,7 @@ def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
     return _candidate(one.collection, one.id, stroke, found, unit)
 
 
-def _request(stroke: float, radius: float | None, unit: str | None = None) -> Request:
+def _request(stroke: float, radius: float | None, unit: str | None = None) -> PathRequest:
     """Return the path of an answer as a request, with a tolerance that it meets."""
     if radius is None:
         return StraightLine(stroke, 0.1 * stroke, unit=unit)
@@ -177,7 +177,7 @@ def asked(collection: Collection, what: str) -> Iterator[None]:
         raise PluginError(f"collection {collection.name} cannot be {what}: {error} ({collection.origin})") from error
 
 
-def measured(collection: Collection, stored: Sequence[Any], request: Request) -> list[Measured]:
+def measured(collection: Collection, stored: Sequence[Any], request: PathRequest) -> list[Measured]:
     """Measure mechanisms, given by their parameters, on their finite motion."""
     with asked(collection, "measured"):
         found = list(collection.measure(deepcopy(stored), request))
@@ -219,7 +219,7 @@ def _stored(name: str) -> ColumnElement[float]:
 
 
 def _tests(
-    collection: Collection, request: Request, given: list[Bound], allowed: dict[str, tuple[str, ...]]
+    collection: Collection, request: PathRequest, given: list[Bound], allowed: dict[str, tuple[str, ...]]
 ) -> dict[str, ColumnElement[bool]]:
     """Return the conditions on stored specimens by name."""
     tests: dict[str, ColumnElement[bool]] = {
@@ -246,7 +246,7 @@ class _Search:
 
     database: Database
     collection: Collection
-    request: Request
+    request: PathRequest
     bounds: list[Bound]
     tests: dict[str, ColumnElement[bool]]  #: conditions on stored specimens by name
     special: Sequence[str] = ()  #: permitted special cases; any if empty

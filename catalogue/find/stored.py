@@ -19,9 +19,9 @@ from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
+from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, Request, StraightLine
 from ..series.named_guides import NamedGuide, is_named
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known
@@ -109,7 +109,7 @@ class StoredGuide:
             raise InvalidRequest(f"guide {self.id} has no reach of level {level}; it has {known}")
         row = self.rows[level]
         stroke = positive("stroke", stroke)
-        request: Request = StraightLine(stroke, 0.1 * stroke, unit=unit)
+        request: PathRequest = StraightLine(stroke, 0.1 * stroke, unit=unit)
         if self.curvature:
             request = CircularArc(stroke, 0.1 * stroke, unit=unit)
 
@@ -126,7 +126,7 @@ class StoredGuide:
         return laid(request, placed)
 
 
-def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candidate:
+def laid(request: PathRequest, place: Callable[[Problem], CandidateBatch]) -> Candidate:
     """Return the guide that `place` places along the path of a request."""
     problem = Problem.of(request, Constraints(), Ranking())
     return candidates(problem, request, Selection(place(problem), np.zeros(1, int)))[0]
@@ -200,7 +200,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
     stroke = positive("stroke", stroke)
     tags = (guide.id, guide.family, guide.series, guide.configuration, guide.order, 0)
     traced = design.traced
-    request: Request = StraightLine(stroke, 0.09 * stroke, unit=unit)
+    request: PathRequest = StraightLine(stroke, 0.09 * stroke, unit=unit)
     if design.circle:
         request = CircularArc(stroke, 0.09 * stroke, unit=unit)
     origin = Origin(*(np.array([tag]) for tag in tags))

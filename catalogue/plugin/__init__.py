@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..kinematics.power_series import taylor_product, taylor_quotient, taylor_root
     from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
     from ..paper import PAPER, blank, kind_of, write
-    from ..problem.request import CircularArc, Request, StraightLine
+    from ..problem.path import CircularArc, PathRequest, StraightLine
     from ..series.pairs import (
         alike,
         circle_pair,
@@ -73,7 +73,7 @@ _HOME = {
     "series.pairs": "alike circle_pair linkage_of normal_pair pair parallel_pair point ray_pair roots slide_pair "
     "slider_pair tangent_circle_pair tangent_pair without",
     "series.posed": "Posed circle_through equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
-    "problem.request": "CircularArc Request StraightLine",
+    "problem.path": "CircularArc PathRequest StraightLine",
     "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
     "collections.results": "CollectionCandidate",
     "guidance.minimum_zone": "grid",
@@ -107,9 +107,9 @@ __all__ = [
     "Metric",
     "Parameter",
     "Parameters",
+    "PathRequest",
     "PluginError",
     "Posed",
-    "Request",
     "Series",
     "Specimen",
     "StraightLine",

@@ -18,9 +18,9 @@ from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Indices
 from ..problem.constraints import Constraints
+from ..problem.path import CircularArc, StraightLine
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, StraightLine
 
 Columns = dict[str, Any]
 #: Largest size of a stored reach [strokes].

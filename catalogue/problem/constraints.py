@@ -12,8 +12,8 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..given import doubles, names, number, positive, switch, whole
 from ..kinematics.types import Floats
+from .path import digits
 from .region import Region, RegionLike, zones
-from .request import digits
 
 #: Two points, ((x, y), (x, y)) or (x, y, x, y).
 TwoPoints: TypeAlias = Floats | Sequence[float | Sequence[float]]

@@ -10,8 +10,8 @@ import numpy as np
 
 from .constraints import Constraints
 from .criteria import ANSWERS
+from .path import CircularArc, PathRequest, StraightLine, digits
 from .ranking import Ranking
-from .request import CircularArc, Request, StraightLine, digits
 
 #: Asymmetry of regions below which they count as symmetric [strokes]: above rounding to 12
 #: decimals.
@@ -31,7 +31,7 @@ class Problem:
     same answers.
     """
 
-    path: Request  # of stroke 1
+    path: PathRequest  # of stroke 1
     constraints: Constraints
     ranking: Ranking
     limit: int  # maximum number of answers
@@ -47,11 +47,11 @@ class Problem:
 
     @classmethod
     def of(
-        cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = ANSWERS, effort: int = 1
+        cls, request: PathRequest, constraints: Constraints, ranking: Ranking, limit: int = ANSWERS, effort: int = 1
     ) -> Problem:
         """Normalise a request in the user's unit."""
         scale, shift = request.extent * request.direction, request.origin
-        path: Request = StraightLine(1.0, digits(request.relative))
+        path: PathRequest = StraightLine(1.0, digits(request.relative))
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
             path = CircularArc(1.0, digits(request.relative), radius)

@@ -17,7 +17,7 @@ from ..given import doubles, names, number, positive, whole
 from ..kinematics.types import Floats, Indices
 from ..units import decimal
 from .criteria import ANSWERS, CRITERIA
-from .request import Request, digits
+from .path import PathRequest, digits
 
 #: Desirability below which its negative logarithm is continued linearly: a desirability of zero
 #: still has a finite cost and a gradient.
@@ -144,7 +144,7 @@ class Ranking:
     @classmethod
     def of(
         cls,
-        request: Request,
+        request: PathRequest,
         rank_by: Any = "score",
         per_series: int | None = None,
         distinct: Any = 0.0,

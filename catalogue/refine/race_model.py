@@ -18,9 +18,9 @@ from ..guidance.stations import Stationed
 from ..kinematics.batch import Rows
 from ..kinematics.motion import Pose
 from ..kinematics.types import Floats, Mask
+from ..problem.path import FULLEST
 from ..problem.problem import Problem
 from ..problem.ranking import RISING
-from ..problem.request import FULLEST
 from .hinges import Hinges
 from .quantities import NONE, Pieces, Quantities
 from .subproblem import FLATTEST, PIVOT_STEP, WORSE, limits, units

@@ -33,9 +33,9 @@ from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
+from ..problem.path import FULLEST
 from ..problem.problem import Problem
 from ..problem.ranking import RISING
-from ..problem.request import FULLEST
 from .quantities import Pieces, Quantities
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.

@@ -13,7 +13,7 @@ import pytest
 
 from ..collections.results import CollectionCandidate
 from ..collections.spec import LENGTH, Collection, Draw, Specimen
-from ..problem.request import CircularArc, Request, StraightLine
+from ..problem.path import CircularArc, PathRequest, StraightLine
 
 #: Another stroke than that of the specimens, and how far numbers over it may be from the stored ones.
 STROKE, CLOSE = 250.0, 1e-3
@@ -115,7 +115,7 @@ def _drawn(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
     return tuple(draw(family, np.random.default_rng(1), count))
 
 
-def _wish(kind: str) -> Request:
+def _wish(kind: str) -> PathRequest:
     return StraightLine(STROKE, 0.1 * STROKE) if kind == "line" else CircularArc(STROKE, 0.1 * STROKE)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..api import Catalogue
 from ..find.answers import recall
-from ..problem.request import Request
+from ..problem.path import PathRequest
 from ..store import Database
 from .cards import Card, card, drawing, variety
 
@@ -55,7 +55,7 @@ class Answers:
     advice: Advice | None  #: reason for an empty result, and relaxations
 
 
-def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answers:
+def search(request: PathRequest, keywords: dict[str, Any], *, refined: bool) -> Answers:
     """Answer a request with refined guides, or fast with the best stored guide of each kind."""
     catalogue = opened()
     starts = [recall(code, catalogue.registry.collection) for code in keywords.get("starts", ())]

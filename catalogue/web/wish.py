@@ -17,14 +17,14 @@ from ..errors import CatalogueError, InvalidRequest, quoted, shortened
 from ..find.codes import is_code
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
-from ..problem.request import Request
+from ..problem.path import PathRequest
 from ..units import ASSUMED, MILLIMETRES
 
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
 #: Converts the name and options of a command to a request and keywords of `Catalogue.find`.
-Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
+Read = Callable[[str, dict[str, Any]], tuple[PathRequest, dict[str, Any]]]
 #: Options of the path.
 PATH = ("stroke", "deviation", "radius", "angle", "from", "to", "along")
 #: Options of the ranking that are no keywords of `Catalogue.find`.
@@ -122,7 +122,7 @@ class Wish:
     """A valid request of the form, for `Catalogue.find`."""
 
     command: str
-    request: Request
+    request: PathRequest
     keywords: dict[str, Any]
     arguments: tuple[str, ...]
 

@@ -13,9 +13,9 @@ from catalogue.candidates.batch import CandidateBatch
 from catalogue.find.find import Selection
 from catalogue.find.results import candidates
 from catalogue.problem.constraints import Constraints
+from catalogue.problem.path import PathRequest
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.problem.request import Request
 from catalogue.search.retrieve import candidates_of, eligible, estimate, shortlist, stored_reaches
 from tests.find.conftest import again
 
@@ -28,7 +28,7 @@ Batch = tuple[Problem, CandidateBatch]
 def batch(small: Catalogue) -> Callable[..., Batch]:
     """Return a maker of batches: the most promising stored guides, laid along the path of a request as starts."""
 
-    def make(request: Request, count: int = 60, rank_by: Any = "score", **wanted: Any) -> Batch:
+    def make(request: PathRequest, count: int = 60, rank_by: Any = "score", **wanted: Any) -> Batch:
         how = {name: wanted.pop(name) for name in ("per_series", "distinct") if name in wanted}
         problem = Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by, **how))
         reaches = stored_reaches(problem, small.database)
@@ -40,10 +40,10 @@ def batch(small: Catalogue) -> Callable[..., Batch]:
 
 
 @pytest.fixture(scope="session")
-def shown() -> Callable[[Problem, Request, CandidateBatch], list[Candidate]]:
+def shown() -> Callable[[Problem, PathRequest, CandidateBatch], list[Candidate]]:
     """Return what shows each of a batch as a user sees it."""
 
-    def show(problem: Problem, request: Request, found: CandidateBatch) -> list[Candidate]:
+    def show(problem: Problem, request: PathRequest, found: CandidateBatch) -> list[Candidate]:
         return candidates(problem, request, Selection(found, np.zeros(len(found), int)))
 
     return show

@@ -26,13 +26,13 @@ from catalogue.collections.spec import Collection
 from catalogue.find import specimens
 from catalogue.find.answers import recall
 from catalogue.find.specimens import CollectionResults, check
-from catalogue.problem.request import Request
+from catalogue.problem.path import PathRequest
 from catalogue.store import Database
 
 LINE = StraightLine(200, 4)
 
 
-def find_in(database: Database, collection: Collection, request: Request, limit: int = 12) -> CollectionResults:
+def find_in(database: Database, collection: Collection, request: PathRequest, limit: int = 12) -> CollectionResults:
     """Return what a collection answers that no plugin provides."""
     return specimens.find_in(
         database, collection, request, limit=limit, rank_by="deviation", families=(), series=(), where=None,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, Found
-from catalogue.problem.request import Request
+from catalogue.problem.path import PathRequest
 
 
 @dataclass
@@ -39,7 +39,7 @@ def ask(small: Catalogue) -> Callable[..., Found]:
     """Return `small.find`, of which each question is asked once in all the tests."""
     answers: dict[str, Found] = {}
 
-    def asked(request: Request, **wanted: Any) -> Found:
+    def asked(request: PathRequest, **wanted: Any) -> Found:
         key = repr((request, sorted(wanted.items(), key=lambda item: item[0])))
         if key not in answers:
             answers[key] = small.find(request, **wanted)

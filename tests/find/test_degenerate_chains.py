@@ -15,7 +15,7 @@ from catalogue.find.own_guide import OwnGuide, guide
 from catalogue.kinematics.circuits import circuits
 from catalogue.kinematics.from_lengths import from_lengths
 from catalogue.plugin.registry import Registry
-from catalogue.problem.request import StraightLine
+from catalogue.problem.path import StraightLine
 
 POINT = {"along": 0.5, "across": 0.7}
 #: Lengths of which each is, in turn, the sum of the others.

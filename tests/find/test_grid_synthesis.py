@@ -6,7 +6,7 @@ import numpy as np
 
 from catalogue.find.grid_synthesis import circles, completed, reaches, turns
 from catalogue.guidance.fixed_nominal import Nominal
-from catalogue.problem.request import StraightLine
+from catalogue.problem.path import StraightLine
 
 
 def test_completed_linkages_carry_the_point_along_the_path() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from catalogue import CircularArc, Found, StraightLine
-from catalogue.problem.request import Request
+from catalogue.problem.path import PathRequest
 
 LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 0.05, 80)
 #: Bounds that several answers reach, so that penalties decide.
@@ -24,7 +24,7 @@ def same(one: Found, other: Found) -> None:
 
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 @pytest.mark.parametrize("plain", ["size=1", "size=1,transmission=0.5", "transmission=1"])
-def test_scale_of_weights_changes_no_answer(ask: Callable[..., Found], request_: Request, plain: str) -> None:
+def test_scale_of_weights_changes_no_answer(ask: Callable[..., Found], request_: PathRequest, plain: str) -> None:
     def scaled(by: float) -> dict[str, float]:
         return {name: by * float(weight) for name, weight in (part.split("=") for part in plain.split(","))}
 
@@ -99,7 +99,7 @@ def test_a_mirror_changes_no_answer_along_an_arc_nor_beside_a_zone(ask: Callable
     ids=["place", "direction", "other way", "unit"],
 )
 def test_place_direction_and_unit_change_no_answer(
-    ask: Callable[..., Found], request_: Request, region: Box, size: float
+    ask: Callable[..., Found], request_: PathRequest, region: Box, size: float
 ) -> None:
     expected = ask(StraightLine(150, 0.5), fixed_pivots_in=REGION, **ROOMY)
     alike(expected, ask(request_, fixed_pivots_in=region, **{**ROOMY, "max_size": size}))

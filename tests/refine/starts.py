@@ -10,13 +10,13 @@ from catalogue import Catalogue
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
+from catalogue.problem.path import PathRequest
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.problem.request import Request
 from catalogue.search.search import Search
 
 
-def problem_of(request: Request, rank_by: Any = "score", **wish: Any) -> Problem:
+def problem_of(request: PathRequest, rank_by: Any = "score", **wish: Any) -> Problem:
     return Problem.of(request, Constraints(**wish), Ranking.of(request, rank_by))
 
 

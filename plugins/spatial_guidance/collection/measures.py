@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import LENGTH, Array, Measured, Metric, Request, grid
+from catalogue.plugin import LENGTH, Array, Measured, Metric, PathRequest, grid
 from catalogue.spatial import follow, matrix
 
 from .minimum_zone import Fit, circle, line, unit
@@ -135,7 +135,7 @@ def _speeds(path: Array, fit: Fit) -> Array:
     return np.asarray((velocity * unit(np.cross(path - centre, third))).sum(2))
 
 
-def measure(parameters: Sequence[Mapping[str, Any]], request: Request) -> list[Measured]:
+def measure(parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
     """Place each mechanism along the path that is asked for and measure what it does there."""
     out: list[Measured | None] = [None] * len(parameters)
     for index in alike(parameters):
@@ -145,7 +145,7 @@ def measure(parameters: Sequence[Mapping[str, Any]], request: Request) -> list[M
     return [m for m in out if m is not None]
 
 
-def _measured(given: Strokes, request: Request) -> list[Measured]:
+def _measured(given: Strokes, request: PathRequest) -> list[Measured]:
     """Place by a first run, measure by a second."""
     wanted = request.sweep
     first = run(given)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, Measured, Request
+from catalogue.plugin import Array, Measured, PathRequest
 
 from .classification import classify
 from .measures import Motion, fitted, measure, run
@@ -30,7 +30,7 @@ SIZE, CONDITION, RANGE = 1.05, 2.0, 0.9
 EXACT = 1e-9
 
 
-def refine(parameters: Sequence[Parameters], request: Request) -> list[Parameters]:
+def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Parameters]:
     """Return mechanisms near those given that keep closer to what is asked for; the same where there is none."""
     out = list(parameters)
     for index in alike(parameters):
@@ -39,7 +39,7 @@ def refine(parameters: Sequence[Parameters], request: Request) -> list[Parameter
     return out
 
 
-def _refined(given: list[Parameters], request: Request) -> list[Parameters]:
+def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
     """Refine mechanisms of one class, driven alike, together."""
     first = measure(given, request)
     now, best, tags = list(given), list(first), [classify(p) for p in given]
@@ -80,7 +80,9 @@ def _same(one: Any, other: Any) -> bool:
     return one.series == other.series and set(one.special) <= set(other.special)
 
 
-def _tried(given: list[tuple[Parameters, Array, float]], request: Request) -> list[list[tuple[Measured, Parameters]]]:
+def _tried(
+    given: list[tuple[Parameters, Array, float]], request: PathRequest
+) -> list[list[tuple[Measured, Parameters]]]:
     """Return mechanisms that steps of each damping lead to, measured, of each that is given with its turn and size."""
     varied, counts = [], []
     for p, turn, size in given:
@@ -98,7 +100,7 @@ def _tried(given: list[tuple[Parameters, Array, float]], request: Request) -> li
     return [[(next(measured), p) for p in some] for some in near]
 
 
-def _steps(motion: Motion, request: Request) -> list[Array]:
+def _steps(motion: Motion, request: PathRequest) -> list[Array]:
     """Return the step of each damping, from the motion of a mechanism and of those displaced by each variable."""
     chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
     off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))

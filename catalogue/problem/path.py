@@ -344,11 +344,11 @@ def consistent_arc(
     return stroke, radius, angle
 
 
-Request = StraightLine | CircularArc
+PathRequest = StraightLine | CircularArc
 
 
-def path_request(name: str, given: Any) -> Request:
+def path_request(name: str, given: Any) -> PathRequest:
     """Return a request; refuse anything else in the name of the called function."""
-    if not isinstance(given, Request):
+    if not isinstance(given, PathRequest):
         raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {quoted(given)}")
     return given
