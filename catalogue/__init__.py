@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
     from .problem.path import CircularArc, StraightLine
+    from .problem.problem import Request
 
 _HOME = {
     "Candidate": "find.candidate",
@@ -72,6 +73,7 @@ _HOME = {
     "OwnGuide": "find.own_guide",
     "PlacedGuide": "find.placed",
     "PluginError": "errors",
+    "Request": "problem.problem",
     "StandStill": "find.dwell_results",
     "StraightLine": "problem.path",
     "Stretch": "find.measure",
@@ -107,6 +109,7 @@ __all__ = [
     "OwnGuide",
     "PlacedGuide",
     "PluginError",
+    "Request",
     "StandStill",
     "StraightLine",
     "Stretch",

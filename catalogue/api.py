@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .populate.fill import Progress
     from .problem.constraints import ConstraintArguments, DwellArguments
     from .problem.path import PathRequest
+    from .problem.problem import Request
     from .series.classification import Classification
 
 
@@ -68,7 +69,7 @@ class Catalogue:
 
     def find(
         self,
-        request: PathRequest,
+        request: PathRequest | Request,
         *,
         limit: int = ANSWERS,
         rank_by: str | Mapping[str, float] | Sequence[str] = "score",
@@ -86,8 +87,9 @@ class Catalogue:
 
         Parameters
         ----------
-        request : StraightLine or CircularArc
-            Path and tolerance.
+        request : StraightLine, CircularArc or Request
+            Path and tolerance, to which the keywords below are added; or the whole request, which
+            takes `starts` alone.
         limit : int
             Maximum number of answers.
         rank_by : str, mapping or sequence of str
@@ -129,11 +131,11 @@ class Catalogue:
         Found
         """
         from .find.find import find
+        from .problem.problem import Request
 
-        return find(
-            self,
+        asked = Request.of(
             request,
-            Constraints.of(constraints, Catalogue.find.__kwdefaults__ or ()),
+            options=["starts"],
             limit=limit,
             rank_by=rank_by,
             per_series=per_series,
@@ -143,8 +145,9 @@ class Catalogue:
             cognates=cognates,
             round_to=round_to,
             desires=desires,
-            starts=starts,
+            **constraints,
         )
+        return find(self, asked, starts)
 
     def find_dwells(
         self, request: StandStill, *, limit: int = ANSWERS, effort: int = 1, **constraints: Unpack[DwellArguments]

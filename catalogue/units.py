@@ -19,6 +19,23 @@ LENGTH = "length"
 ASSUMED = "mm"
 #: Note on files and drawings in the assumed unit.
 ASSUMPTION = f"unit unknown, taken as {ASSUMED}"
+#: Spellings of units of length, each as a multiple of a unit in `MILLIMETRES`.
+WRITTEN = {
+    **{unit: (Fraction(1), unit) for unit in MILLIMETRES},
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (Fraction(1, 1000), "mm")),
+    **dict.fromkeys(('"', "\u2033", "\u201d", "''", "inch", "inches"), (Fraction(1), "in")),
+    **dict.fromkeys(("'", "\u2032", "\u2019", "foot", "feet"), (Fraction(1), "ft")),
+}
+#: Spellings of units of angles [deg].
+ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
+#: Infinity or NaN, without a unit.
+_NO_NUMBER = re.compile(r"[+-]?(?:inf(?:inity)?|nan)", re.IGNORECASE | re.ASCII)
+#: A decimal or a mixed fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
+_NUMBER = re.compile(
+    r"(?P<sign>[+-]?)(?:(?:(?P<whole>\d+)(?:\s+|-))?(?P<over>\d+)\s*/\s*(?P<under>\d+)|"
+    r"(?P<decimal>(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?))\s*(?P<unit>[^\d\s.][^\s\d]*)?",
+    re.IGNORECASE | re.ASCII,
+)
 
 
 def decimal(text: str) -> float | None:
@@ -27,6 +44,56 @@ def decimal(text: str) -> float | None:
         return float(text) if text.isascii() and "_" not in text else None
     except ValueError:
         return None
+
+
+def length_in(value: Any) -> tuple[Fraction | float, str | None] | None:
+    """Parse a length with its unit, or a number, whose unit is None; None for any other text."""
+    plain = _plain(value)
+    if plain is not None:
+        return plain, None
+    number, unit = _read(str(value))
+    if number is None or unit.lower() not in WRITTEN | {"": None}:
+        return None
+    if not unit:
+        return number, None
+    times, base = WRITTEN[unit.lower()]
+    return number * times, base
+
+
+def angle_in(value: Any) -> float | None:
+    """Parse an angle in degrees or with its unit [deg]; None for any other text."""
+    plain = _plain(value)
+    if plain is not None:
+        return plain
+    number, unit = _read(str(value))
+    if number is None or unit.lower() not in ANGLES:
+        return None
+    return float(number) * ANGLES[unit.lower()]
+
+
+def _plain(value: Any) -> float | None:
+    """Convert a number, or a text of infinity or NaN; None for other texts."""
+    if isinstance(value, str) and not _NO_NUMBER.fullmatch(value.strip()):
+        return None
+    return float(value)
+
+
+def _read(text: str) -> tuple[Fraction | None, str]:
+    """Parse a number and its unit; the number is None if it is missing or overflows a double."""
+    found = _NUMBER.fullmatch(text.strip())
+    if found is None:
+        return None, ""
+    try:
+        if found["decimal"]:
+            if not math.isfinite(rough := float(found["decimal"])):
+                return None, ""
+            number = Fraction(found["decimal"]) if rough else Fraction(0)
+        else:
+            number = int(found["whole"] or 0) + Fraction(int(found["over"]), int(found["under"]))
+            float(number)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        return None, ""
+    return (-number if found["sign"] == "-" else number), found["unit"] or ""
 
 
 def millimetres(unit: str) -> float:

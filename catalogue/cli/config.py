@@ -8,14 +8,17 @@ from typing import Any
 import click
 
 from ..errors import InvalidRequest, quoted
+from ..find.names import SINGULAR
 from ..folders import expanded
 
+#: Options by the names of a `Request`.
+OPTIONS = {**SINGULAR, "desires": "desire"}
 #: Options not permitted in the file.
 NOT_ASKED = ("config", "force", "legend", "help")
 
 
 def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
-    """Read option values by parameter name from a TOML file.
+    """Read option values by parameter name from a TOML file, or from a request in TOML.
 
     Raises
     ------
@@ -34,6 +37,15 @@ def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in given.items():
         name = key.replace("_", "-")
+        if name == "path":
+            if value != command.name:
+                raise InvalidRequest(f"{file}: path is {quoted(value)}, but the command is `find {command.name}`")
+            continue
+        name = OPTIONS.get(name, name)
+        if name == "rank-by" and isinstance(value, list):
+            name = "pareto"
+        if isinstance(value, dict) and name == "desire":
+            value = [f"{what}={':'.join(map(str, numbers))}" for what, numbers in value.items()]
         if name not in known:
             from difflib import get_close_matches
 
@@ -52,7 +64,9 @@ def _value(name: str, value: Any, one: click.Option) -> Any:
         if not isinstance(value, bool):
             raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")
         return value
-    if isinstance(value, list) and (one.multiple or one.nargs > 1):
+    if isinstance(value, list) and one.nargs > 1:
+        return [_word(name, part) for part in _flat(value)]
+    if isinstance(value, list) and one.multiple:
         return [_word(name, part) for part in value]
     return [_word(name, value)] if one.multiple else _word(name, value)
 
@@ -63,3 +77,7 @@ def _word(name: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InvalidRequest(f"{name} cannot be {quoted(value)}")
     return str(value)
+
+
+def _flat(value: list[Any]) -> list[Any]:
+    return [part for one in value for part in (one if isinstance(one, list) else [one])]

@@ -18,6 +18,7 @@ from .units import unit, with_unit
 if TYPE_CHECKING:
     from ..find.results import Found
     from ..problem.path import PathRequest
+    from ..problem.problem import Request
 
 #: Columns of the table in order.
 TABLE = (
@@ -54,7 +55,7 @@ def straight_line(**options: Any) -> None:
     \b
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
-    _find(request_from(options, curved=False), options)
+    _find(options, curved=False)
 
 
 @click.command(
@@ -66,7 +67,7 @@ def circular_arc(**options: Any) -> None:
     \b
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
-    _find(request_from(options, curved=True), options)
+    _find(options, curved=True)
 
 
 def request_from(options: dict[str, Any], *, curved: bool, share: float | None = None) -> PathRequest:
@@ -114,30 +115,46 @@ def _path(options: dict[str, Any], radius: float | None = None, angle: float | N
     return ends(start or (0.0, 0.0), end)
 
 
-def _find(request: PathRequest, options: dict[str, Any]) -> None:
+def _find(options: dict[str, Any], *, curved: bool) -> None:
     if options["collection"] is not None:
         from .find_collection import find_in
 
-        find_in(request, options)
+        find_in(request_from(options, curved=curved), options)
         return
     del options["collection"]
     for name, what in (("where", "bounds a metric"), ("special", "names mechanisms")):
         if options.pop(name):
             raise InvalidRequest(f"--{name} {what} of a collection: name it with --collection")
     from ..api import open
-    from ..problem.constraints import PRESCRIBED
 
-    to_keywords(options)
-    output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
-    given = any(options[name] for name in PRESCRIBED)  # such guides are synthesised, not retrieved
-    with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
-        if options["starts"]:
-            from .references import guides
+    names = ("format", "explain", "plot", "save", "db", "plugins", "starts")
+    output, explain, plot, save, db, plugins, starts = (options.pop(name) for name in names)
+    request = whole_request(options, curved=curved)
+    given = request.constraints.given is not None  # such guides are synthesised, not retrieved
+    with open(db, plugins=plugins, build=not given) as catalogue:
+        guides: Any = ()
+        if starts:
+            from . import references
 
-            options["starts"] = [one for name in options["starts"] for one in guides(name, None, lambda: catalogue)]
+            guides = [one for name in starts for one in references.guides(name, None, lambda: catalogue)]
         with busy("searching"):
-            found = catalogue.find(request, **options)
+            found = catalogue.find(request, starts=guides)
         print_results(found, print_candidates, output, explain=explain, plot=plot, save=save)
+
+
+def whole_request(options: dict[str, Any], *, curved: bool) -> Request:
+    """Build a request from options of its path, constraints and ranking; modify `options`.
+
+    Raises
+    ------
+    InvalidRequest
+        If a value is invalid.
+    """
+    from ..problem.problem import Request
+
+    path = request_from(options, curved=curved)
+    to_keywords(options)
+    return Request.of(path, **options)
 
 
 def to_keywords(options: dict[str, Any]) -> None:

@@ -15,9 +15,9 @@ from ..kinematics.from_lengths import guide_from_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes
 from ..problem.path import point
-from ..units import factor
+from ..units import WRITTEN, factor
 from .rows import LENGTHS, NUMBERS, Row, rows_of
-from .units import UNITS, WRITTEN
+from .units import UNITS
 
 #: Columns permitted beside link lengths, and ignored.
 NOTES = ("name", "note", "code", "id")

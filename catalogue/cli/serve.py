@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .find import circular_arc, request_from, straight_line, to_keywords
+from .find import circular_arc, straight_line, whole_request
 from .options import DB, PLUGINS, option, switch
 
 if TYPE_CHECKING:
-    from ..problem.path import PathRequest
+    from ..problem.problem import Request
     from ..web.wish import Form
 
 
@@ -51,8 +51,7 @@ def wish_form(series: Sequence[str]) -> Form:
     return Form({"straight-line": straight_line, "circular-arc": circular_arc}, asked, choices)
 
 
-def asked(command: str, options: dict[str, Any]) -> tuple[PathRequest, dict[str, Any]]:
-    """Convert the options of a command to a request and keywords of `Catalogue.find`."""
-    request = request_from(options, curved=command == "circular-arc")
-    to_keywords(options)
-    return request, options
+def asked(command: str, options: dict[str, Any]) -> tuple[Request, tuple[str, ...]]:
+    """Convert the options of a command to a request and the codes of its starts."""
+    starts = tuple(options.pop("starts"))
+    return whole_request(options, curved=command == "circular-arc"), starts

@@ -7,17 +7,14 @@ in other units are converted exactly before rounding to a double.
 
 from __future__ import annotations
 
-import math
-import re
 import sys
 from collections.abc import Sequence
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
 from ..errors import InvalidRequest
-from ..units import ASSUMPTION, MILLIMETRES, factor
+from ..units import ASSUMPTION, MILLIMETRES, angle_in, factor, length_in
 from .options import option
 
 if TYPE_CHECKING:
@@ -35,25 +32,8 @@ T = TypeVar("T", bound=_WithUnit)
 
 #: Units of output.
 UNITS = (*MILLIMETRES,)
-#: Spellings of units of length, each as a multiple of a unit of output.
-WRITTEN = {
-    **{unit: (Fraction(1), unit) for unit in UNITS},
-    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (Fraction(1, 1000), "mm")),
-    **dict.fromkeys(('"', "\u2033", "\u201d", "''", "inch", "inches"), (Fraction(1), "in")),
-    **dict.fromkeys(("'", "\u2032", "\u2019", "foot", "feet"), (Fraction(1), "ft")),
-}
-#: Units of angles [deg].
-ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
 #: Key of the unit of output in the context of click.
 KEY = "catalogue.unit"
-#: Infinity or NaN, without a unit.
-_NO_NUMBER = re.compile(r"[+-]?(?:inf(?:inity)?|nan)", re.IGNORECASE | re.ASCII)
-#: A decimal or a mixed fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
-_NUMBER = re.compile(
-    r"(?P<sign>[+-]?)(?:(?:(?P<whole>\d+)(?:\s+|-))?(?P<over>\d+)\s*/\s*(?P<under>\d+)|"
-    r"(?P<decimal>(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?))\s*(?P<unit>[^\d\s.][^\s\d]*)?",
-    re.IGNORECASE | re.ASCII,
-)
 
 
 class Length(_ParamType):
@@ -62,17 +42,14 @@ class Length(_ParamType):
     name = "length"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        plain = _plain(value)
-        if plain is not None:
-            return plain
-        number, unit = _read(str(value))
-        if number is None or unit.lower() not in WRITTEN | {"": None}:
+        found = length_in(value)
+        if found is None:
             self.fail(f'{value!r} is no length: write 80, 80mm, 2.5cm, 3.5in, 3 1/2" or 1/8in', param, ctx)
-        if not unit:
+        number, base = found
+        if base is None:
             return float(number)
-        times, base = WRITTEN[unit.lower()]
         target = base if ctx is None else ctx.meta.setdefault(KEY, base)
-        return float(number * times * factor(base, target))
+        return float(number * factor(base, target))
 
 
 class Angle(_ParamType):
@@ -81,13 +58,10 @@ class Angle(_ParamType):
     name = "angle"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        plain = _plain(value)
-        if plain is not None:
-            return plain
-        number, unit = _read(str(value))
-        if number is None or unit.lower() not in ANGLES:
+        found = angle_in(value)
+        if found is None:
             self.fail(f"{value!r} is no angle: write 30, 30deg or 0.5rad", param, ctx)
-        return float(number) * ANGLES[unit.lower()]
+        return found
 
 
 LENGTH = Length()
@@ -139,31 +113,6 @@ class NamedPoint(_ParamType):
         if len(parts) != 2:
             raise InvalidRequest(f"--also takes NAME=X,Y, not {value!r}")
         return name.strip(), tuple(LENGTH.convert(part, param, ctx) for part in parts)
-
-
-def _plain(value: Any) -> float | None:
-    """Convert a number, or a text of infinity or NaN; None for other texts."""
-    if isinstance(value, str) and not _NO_NUMBER.fullmatch(value.strip()):
-        return None
-    return float(value)
-
-
-def _read(text: str) -> tuple[Fraction | None, str]:
-    """Parse a number and its unit; the number is None if it is missing or overflows a double."""
-    found = _NUMBER.fullmatch(text.strip())
-    if found is None:
-        return None, ""
-    try:
-        if found["decimal"]:
-            if not math.isfinite(rough := float(found["decimal"])):
-                return None, ""
-            number = Fraction(found["decimal"]) if rough else Fraction(0)
-        else:
-            number = int(found["whole"] or 0) + Fraction(int(found["over"]), int(found["under"]))
-            float(number)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        return None, ""
-    return (-number if found["sign"] == "-" else number), found["unit"] or ""
 
 
 def _chosen(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:  # noqa: ARG001  # click gives it

@@ -98,7 +98,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
 
 
 def save(answers: Sequence[Answer], path: str | Path) -> None:
-    """Write answers to a JSON file, for `load` on any machine.
+    """Write answers, and the request that they answer, to a JSON file, for `load` on any machine.
 
     Raises
     ------
@@ -107,7 +107,10 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     """
     every = [record(one) for one in answers]
     every = [{"code": code_of(text_of(one)), **one} for one in every]
-    held = {"format": FORMAT, "version": __version__, "answers": every}
+    held: dict[str, Any] = {"format": FORMAT, "version": __version__}
+    if (request := getattr(answers, "request", None)) is not None:
+        held["request"] = json.loads(request.to_json())
+    held["answers"] = every
     path = Path(path)
     try:
         with replacing(path) as part:

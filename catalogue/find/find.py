@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,13 +12,10 @@ from ..candidates.batch import CandidateBatch, final, mirror_image
 from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
-from ..given import positive, switch, whole
 from ..kinematics.batch import join
 from ..kinematics.types import Array
 from ..problem.constraints import PRESCRIBED, Constraints
-from ..problem.path import PathRequest, path_request
-from ..problem.problem import Problem
-from ..problem.ranking import Ranking
+from ..problem.problem import Problem, Request
 from ..refine.certificate import Certificate, Drifts, certified
 from ..search.report import SearchReport
 from ..search.search import Search
@@ -45,33 +42,14 @@ class Selection:
     certificate: Certificate | None = None
 
 
-def find(
-    catalogue: Catalogue,
-    request: PathRequest,
-    constraints: Constraints,
-    *,
-    limit: int,
-    rank_by: Any,
-    per_series: int | None,
-    distinct: Any,
-    effort: int,
-    refine: bool,
-    cognates: bool,
-    round_to: float | None,
-    desires: Mapping[str, Any] | None,
-    starts: Iterable[Any],
-) -> Found:
+def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
     Plugins are loaded only for prescribed pivots, or when the drift of a candidate is read.
     """
-    database = catalogue.database
-    request = path_request("find", request)
-    limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
-    ranking = Ranking.of(request, rank_by, per_series, distinct, limit, desires)
-    problem = Problem.of(request, constraints, ranking, limit, effort)
-    refine, cognates = switch("refine", refine), switch("cognates", cognates)
-    step = None if round_to is None else positive("round_to", round_to) / problem.stroke
+    database, constraints, problem = catalogue.database, request.constraints, request.problem
+    refine, cognates = request.refine, request.cognates
+    step = None if request.round_to is None else request.round_to / problem.stroke
     if problem.is_wide:
         _check_wide(constraints, cognates=cognates, round_to=step)
     report, given = SearchReport(), None
@@ -97,9 +75,9 @@ def find(
             if chosen is not None and refine
             else None
         )
-    listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
-    told = Explanation(database, problem, request, report, len(listed), lambda: catalogue.registry.series)
-    return Found(listed, told)
+    listed = [] if chosen is None else candidates(problem, request.path, chosen, drifts)
+    told = Explanation(database, problem, request.path, report, len(listed), lambda: catalogue.registry.series)
+    return Found(listed, told, request)
 
 
 def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | None) -> None:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ..guidance.metrics import Measures
     from ..guidance.trace import Traced
     from ..kinematics.linkage import Linkage
+    from ..problem.problem import Request
     from ..refine.certificate import Drifts
     from .find import Selection
 
@@ -138,7 +139,7 @@ class Results(Sequence[T]):
         """
         from .answers import save
 
-        save(self.candidates, file)
+        save(self, file)
 
     def explain(self) -> str:
         """Explain the result: candidates examined, constraints violated, times.
@@ -152,13 +153,22 @@ class Results(Sequence[T]):
 class Found(Results[Candidate]):
     """Answers to a request, best first.
 
+    Attributes
+    ----------
+    request : Request or None
+        The request that they answer.
+
     Examples
     --------
     >>> from catalogue import StraightLine
     >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), limit=3)
     >>> len(found), list(found.to_pandas().columns[:3])
     (3, ['id', 'family', 'series'])
+    >>> cat.find(found.request) == found
+    True
     """
+
+    request: Request | None = field(repr=False, default=None)
 
     @property
     def columns(self) -> list[str]:

@@ -1,17 +1,20 @@
-"""The design problem in the frame of the path, normalised to the stroke."""
+"""A request as one value, and the design problem: the request normalised to the stroke."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidRequest, quoted
+from ..given import positive, switch, whole
 from .constraints import Constraints
-from .criteria import ANSWERS
+from .criteria import ANSWERS, DISTINCT
 from .path import CircularArc, PathRequest, StraightLine, digits
-from .ranking import Ranking
+from .ranking import Ranking, weights
 
 #: Asymmetry of regions below which they count as symmetric [strokes]: above rounding to 12
 #: decimals.
@@ -19,6 +22,261 @@ EVEN = 1e-9
 #: Tolerance of the search over the requested one: its grid of stations underestimates a deviation
 #: by less than this margin.
 SEARCH_TOLERANCE = 1 - 2e-4
+
+
+@dataclass(frozen=True)
+class Request:
+    """All that `Catalogue.find` is asked for, but its starts; equal requests have equal answers.
+
+    Parameters
+    ----------
+    path : StraightLine or CircularArc
+        Path and tolerance; its unit is that of all lengths.
+    constraints : Constraints
+    rank_by : str, mapping of str to float, or sequence of str
+        Kept as text with weights of sum 1, or as a tuple of the criteria of a Pareto front.
+    limit, per_series, distinct, effort, refine, cognates, round_to, desires
+        As in `Catalogue.find`.
+
+    Raises
+    ------
+    InvalidRequest
+        If a value is invalid.
+
+    Examples
+    --------
+    >>> from catalogue import Request, StraightLine
+    >>> asked = Request.of(StraightLine(150, 0.05, unit="mm"), families=["four-bar"], max_size=400)
+    >>> asked.to_dict()["max_size"], Request.from_json(asked.to_json()) == asked
+    (400.0, True)
+    >>> Request.from_dict({"stroke": "15cm", "deviation": "0.05mm", "unit": "mm"}).path.stroke
+    150.0
+    >>> len({asked, Request.from_toml(asked.to_toml())})
+    1
+    """
+
+    path: PathRequest
+    constraints: Constraints = Constraints()  # noqa: RUF009  # frozen
+    rank_by: Any = "score"
+    limit: int = ANSWERS
+    per_series: int | None = None
+    distinct: float = DISTINCT
+    effort: int = 1
+    refine: bool = True
+    cognates: bool = False
+    round_to: float | None = None
+    desires: Any = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.path, PathRequest):
+            raise InvalidRequest(f"find wants a StraightLine, CircularArc or Request, not {quoted(self.path)}")
+        if not isinstance(self.constraints, Constraints):
+            raise InvalidRequest(f"constraints must be Constraints, not {quoted(self.constraints)}")
+        kept: dict[str, Any] = {name: whole(name, getattr(self, name), 1) for name in ("limit", "effort")}
+        kept |= {name: switch(name, getattr(self, name)) for name in ("refine", "cognates")}
+        kept["per_series"] = None if self.per_series is None else whole("per_series", self.per_series, 0)
+        kept["round_to"] = None if self.round_to is None else positive("round_to", self.round_to)
+        desires = dict(self.desires) if _is_pairs(self.desires) else self.desires
+        ranking = Ranking.of(self.path, self.rank_by, kept["per_series"], self.distinct, kept["limit"], desires)
+        kept["rank_by"] = ranking.front or _weighed(ranking.weights)
+        kept["distinct"] = ranking.distinct
+        wishes = {name: tuple(float(part) for part in parts) for name, parts in (desires or {}).items()}
+        kept["desires"] = tuple(sorted(wishes.items())) or None
+        for name, value in kept.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "_ranking", ranking)
+
+    @classmethod
+    def of(cls, path: PathRequest | Request, /, *, options: Iterable[str] = (), **keywords: Any) -> Request:
+        """Build a request from a path and the keywords of `Catalogue.find`.
+
+        Parameters
+        ----------
+        path : StraightLine, CircularArc or Request
+            A request takes no keywords: `with_` changes one.
+        options : iterable of str
+            Further names to suggest for an unknown one.
+        **keywords
+            Fields of `Request` and of `Constraints`.
+
+        Raises
+        ------
+        InvalidRequest
+            If a value is invalid, or a name unknown.
+        """
+        own = {name: keywords.pop(name) for name in OWN if name in keywords}
+        if not isinstance(path, Request):
+            return cls(path, Constraints.of(keywords, (*OWN, *options)), **own)
+        changed = [*keywords, *(name for name, value in own.items() if not is_default(name, value))]
+        if changed:
+            raise InvalidRequest(f"{changed[0]} stands in the request already: change it by request.with_()")
+        return path
+
+    def with_(self, **keywords: Any) -> Request:
+        """Change keywords of `Catalogue.find`, or numbers of the path.
+
+        Parameters
+        ----------
+        **keywords
+            Fields of `Request`, of `Constraints` and of the path.
+
+        Returns
+        -------
+        Request
+
+        Examples
+        --------
+        >>> from catalogue import Request, StraightLine
+        >>> asked = Request.of(StraightLine(150, 0.05), max_size=400)
+        >>> looser = asked.with_(deviation=0.1, max_size=500)
+        >>> looser.path.deviation, looser.constraints.max_size
+        (0.1, 500.0)
+        """
+        own = {name: keywords.pop(name) for name in OWN if name in keywords}
+        path = {name: keywords.pop(name) for name in PATH_FIELDS if name in keywords}
+        known = [one.name for one in fields(Constraints)]
+        if wrong := [name for name in keywords if name not in known]:
+            Constraints.of({wrong[0]: None}, (*OWN, *PATH_FIELDS))  # says what is near
+        return replace(
+            self,
+            path=replace(self.path, **_reshaped(self.path, path)) if path else self.path,
+            constraints=replace(self.constraints, **keywords) if keywords else self.constraints,
+            **own,
+        )
+
+    @property
+    def ranking(self) -> Ranking:
+        """The ranking of answers, in strokes."""
+        ranking: Ranking = vars(self)["_ranking"]
+        return ranking
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The request in strokes, in the frame of its path."""
+        return Problem.of(self.path, self.constraints, self.ranking, self.limit, self.effort)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert to plain numbers, texts and lists by name; defaults are left out.
+
+        Returns
+        -------
+        dict
+            For `from_dict`; lengths in ``unit``.
+        """
+        from .forms import to_dict
+
+        return to_dict(self)
+
+    @classmethod
+    def from_dict(cls, given: Mapping[str, Any]) -> Request:
+        """Build a request from a mapping, or from a row of a table.
+
+        Parameters
+        ----------
+        given : mapping of str to object
+            Names as in `to_dict`; None, NaN and empty texts count as not given.  Values may be
+            texts: lengths with a unit (``"80mm"``), lists as numbers or names separated by blanks
+            or commas, zones separated by semicolons.  A name may carry a unit: ``max_size [in]``.
+
+        Raises
+        ------
+        InvalidRequest
+            If a name is unknown, or a value invalid.
+        """
+        from .forms import from_dict
+
+        return from_dict(given)
+
+    def to_json(self) -> str:
+        """Convert to a JSON object on one line; a side at infinity is the text ``"inf"``."""
+        from .forms import to_json
+
+        return to_json(self)
+
+    @classmethod
+    def from_json(cls, text: str) -> Request:
+        """Build a request from a JSON object.
+
+        Parameters
+        ----------
+        text : str
+            Names and values as of `from_dict`.
+
+        Raises
+        ------
+        InvalidRequest
+            If it is no JSON, a name is unknown, or a value invalid.
+        """
+        from .forms import from_text
+
+        return from_text("JSON", text)
+
+    def to_toml(self) -> str:
+        """Convert to TOML, a line for each name; ``catalogue find --config`` reads it too."""
+        from .forms import to_toml
+
+        return to_toml(self)
+
+    @classmethod
+    def from_toml(cls, text: str) -> Request:
+        """Build a request from TOML.
+
+        Parameters
+        ----------
+        text : str
+            Names and values as of `from_dict`.
+
+        Raises
+        ------
+        InvalidRequest
+            If it is no TOML, a name is unknown, or a value invalid.
+        """
+        from .forms import from_text
+
+        return from_text("TOML", text)
+
+    def to_row(self) -> dict[str, Any]:
+        """Convert to cells of a table: numbers and texts by name; `from_dict` reads them."""
+        from .forms import to_row
+
+        return to_row(self)
+
+
+#: Fields of a path.
+PATH_FIELDS = ("stroke", "deviation", "radius", "angle", "start", "along", "unit")
+#: Defaults of the fields of a request that are no constraints.
+DEFAULTS = {one.name: one.default for one in fields(Request) if one.name not in ("path", "constraints")}
+#: Names of these fields.
+OWN = (*DEFAULTS,)
+
+
+def is_default(name: str, value: Any) -> bool:
+    default = DEFAULTS[name]
+    return value is default or (type(value) is type(default) and value == default)
+
+
+def _is_pairs(given: Any) -> bool:
+    """Tell whether desires are as a request keeps them."""
+    return isinstance(given, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in given)
+
+
+def _reshaped(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
+    """Complete a change of one of stroke, radius and angle of an arc: one of the others is kept."""
+    shape = ("stroke", "radius", "angle")
+    changed = [name for name in shape if name in changes]
+    if not isinstance(path, CircularArc) or len(changed) != 1 or (path.radius is None and changed == ["stroke"]):
+        return changes
+    kept = next(name for name in (("angle",) if path.is_wide else ()) + ("radius", "stroke") if name != changed[0])
+    return changes | {name: None for name in shape if name not in (kept, *changed)}
+
+
+def _weighed(given: Mapping[str, float]) -> str:
+    """Format weights as a text that `weights` reads as equal ones."""
+    if len(given) == 1:
+        return next(iter(given))
+    text = ",".join(f"{name}={weight!r}" for name, weight in given.items())
+    again = weights(text)
+    return text if again == given else _weighed(again)  # the sum of rounded parts may not be 1
 
 
 @dataclass(frozen=True)

@@ -18,13 +18,27 @@ from ..kinematics.types import Complexes, Floats, Mask
 FAR = 1e7
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Region:
-    """A polygon, convex or concave, with corners of shape (k, 2)."""
+    """A polygon, convex or concave, with corners of shape (k, 2); equal by its corners."""
 
     corners: Floats
     box: tuple[float, float, float, float]
     is_box: bool
+
+    @cached_property
+    def _content(self) -> tuple[bool, tuple[float, ...]]:
+        return self.is_box, tuple(self.corners.ravel().tolist())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Region) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    def to_list(self) -> list[Any]:
+        """Convert to the sides of a box, x0, y0, x1, y1, or to points (x, y)."""
+        return [float(side) for side in self.box] if self.is_box else self.corners.tolist()
 
     @classmethod
     def of(cls, name: str, given: Any) -> Region:

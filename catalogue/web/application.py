@@ -92,7 +92,7 @@ class Page:
                 never,
                 partial(asked.search, refined=refined),
                 wish.request,
-                wish.keywords,
+                wish.starts,
             )
             for lane, refined in lanes
             for k in range(lane.count)
@@ -119,8 +119,8 @@ class Page:
 
     async def _answers(self, request: Request, wish: Wish, *, refined: bool) -> asked.Answers:
         task = partial(asked.search, refined=refined)
-        key = ("answers", wish.key, refined)
-        found: asked.Answers = await self.ask(request, key, task, wish.request, wish.keywords, quick=not refined)
+        key = ("answers", wish.request, wish.starts, refined)
+        found: asked.Answers = await self.ask(request, key, task, wish.request, wish.starts, quick=not refined)
         return found
 
     async def _found(self, request: Request) -> dict[str, Any]:
@@ -128,7 +128,7 @@ class Page:
         given = request.query_params.multi_items()
         try:
             wish = self.form.wish(given)
-            known = self.desk.knows(("answers", wish.key, True))
+            known = self.desk.knows(("answers", wish.request, wish.starts, True))
             refined = known or request.query_params.get("stage") == "refined"
             answers = await self._answers(request, wish, refined=refined)
         except WishError as error:

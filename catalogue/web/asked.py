@@ -10,11 +10,11 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..api import Catalogue
 from ..find.answers import recall
-from ..problem.path import PathRequest
+from ..problem.problem import Request
 from ..store import Database
 from .cards import Card, card, drawing, variety
 
@@ -55,11 +55,11 @@ class Answers:
     advice: Advice | None  #: reason for an empty result, and relaxations
 
 
-def search(request: PathRequest, keywords: dict[str, Any], *, refined: bool) -> Answers:
+def search(request: Request, starts: Sequence[str], *, refined: bool) -> Answers:
     """Answer a request with refined guides, or fast with the best stored guide of each kind."""
     catalogue = opened()
-    starts = [recall(code, catalogue.registry.collection) for code in keywords.get("starts", ())]
-    found = catalogue.find(request, **{**keywords, "starts": starts}, refine=refined)
+    guides = [recall(code, catalogue.registry.collection) for code in starts]
+    found = catalogue.find(request.with_(refine=refined), starts=guides)
     codes = found.remember() if refined else [""] * len(found)
     first, others = variety([*zip(found, codes, strict=True)], [(one.family, one.series) for one in found])
     cards = [

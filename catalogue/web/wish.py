@@ -17,14 +17,14 @@ from ..errors import CatalogueError, InvalidRequest, quoted, shortened
 from ..find.codes import is_code
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
-from ..problem.path import PathRequest
+from ..problem.problem import Request
 from ..units import ASSUMED, MILLIMETRES
 
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
-#: Converts the name and options of a command to a request and keywords of `Catalogue.find`.
-Read = Callable[[str, dict[str, Any]], tuple[PathRequest, dict[str, Any]]]
+#: Converts the name and options of a command to a request and the codes of its starts.
+Read = Callable[[str, dict[str, Any]], tuple[Request, tuple[str, ...]]]
 #: Options of the path.
 PATH = ("stroke", "deviation", "radius", "angle", "from", "to", "along")
 #: Options of the ranking that are no keywords of `Catalogue.find`.
@@ -122,14 +122,9 @@ class Wish:
     """A valid request of the form, for `Catalogue.find`."""
 
     command: str
-    request: PathRequest
-    keywords: dict[str, Any]
+    request: Request
+    starts: tuple[str, ...]  #: codes of answers
     arguments: tuple[str, ...]
-
-    @property
-    def key(self) -> str:
-        """The request as a unique text: different values or types give different keys."""
-        return repr((type(self.request).__name__, _plain(vars(self.request)), _plain(self.keywords)))
 
     @property
     def line(self) -> str:
@@ -148,17 +143,6 @@ def _check_zones(regions: Sequence[Any]) -> None:
     if len(regions) > MAX_ZONES or corners > MAX_CORNERS:
         what = f"at most {MAX_ZONES} zones with {MAX_CORNERS} corners in all"
         raise WishError(f"{what} on this page; the command takes more", "keep_out")
-
-
-def _plain(value: Any) -> Any:
-    """Convert a value of a request to nested tuples: the repr of a long array is truncated."""
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, Mapping):
-        return tuple((name, _plain(value[name])) for name in sorted(value))
-    if isinstance(value, list | tuple):
-        return tuple(map(_plain, value))
-    return value
 
 
 class Form:
@@ -226,8 +210,7 @@ class Form:
             if wrong := [code for code in options.get("starts") or () if not is_code(code)]:
                 raise WishError(f"{quoted(wrong[0])} is no code of an answer", "starts")
             with context.scope(cleanup=False):  # the context holds the unit
-                request, keywords = self._read(name, options)
-            Constraints.of({k: v for k, v in keywords.items() if k in {one.name for one in fields(Constraints)}})
+                request, starts = self._read(name, options)
         except click.UsageError as error:
             option = getattr(error, "param", None)
             text = re.sub(r"^Invalid value for .*?: ", "", shortened(error.format_message(), 300))
@@ -237,7 +220,7 @@ class Form:
             raise
         except CatalogueError as error:
             raise WishError(str(error), self.field_of(str(error))) from None
-        return Wish(name, request, keywords, tuple(arguments))
+        return Wish(name, request, starts, tuple(arguments))
 
     def _arguments(self, field: Field, command: click.Command, said: Mapping[str, list[str]]) -> list[str]:
         """Return the command-line arguments of a field."""

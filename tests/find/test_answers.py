@@ -125,6 +125,13 @@ def test_files_of_answers_are_read_again(ask: Callable[..., Found], tmp_path: Pa
     assert json.loads(file.read_text())["version"] == catalogue.__version__
 
 
+def test_a_file_of_answers_holds_their_request(ask: Callable[..., Found], tmp_path: Path) -> None:
+    found = ask(LINE, fixed_pivots_in=(-300, -math.inf, 300, 200))
+    found.save(path := tmp_path / "answers.json")
+    held = json.loads(path.read_text())
+    assert catalogue.Request.from_dict(held["request"]) == found.request == found[:1].request
+
+
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", '{"format": 1}', '{"format": "mechanism-catalogue answers", "answers": [1]}',
              '{"format": "mechanism-catalogue answers", "answers": [{"kind": "Candidate", "id": 1}]}',
