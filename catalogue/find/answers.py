@@ -98,7 +98,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
 
 
 def save(answers: Sequence[Answer], path: str | Path) -> None:
-    """Write answers, and the request that they answer, to a JSON file, for `load` on any machine.
+    """Write answers with their request to a JSON file, for `load` on any machine.
 
     Raises
     ------
