@@ -16,7 +16,7 @@ FLOORS = (
     ("errors", "interrupt", "markup"),
     ("folders", "foreign_code", "given", "html_table", "installed", "progress", "units"),
     ("kinematics", "paper"),
-    ("curvature_theory", "problem", "spatial", "store"),
+    ("chains", "curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),
     ("refine", "draw", "export"),

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Columns
-from .closure import Closure, Swing, columns
+from .closure import Closure, Swing, columns, turn_between
 from .linkage import PR, RP, RR, Linkage
 from .motion import Pose
 from .plane_vectors import cross, dot
@@ -194,8 +194,7 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
             else:
                 square = (r - f) ** 2 + 4 * r * f * sine[:, which] ** 2
                 side.real, side.imag = 0.5 + k / square, r * f / square * y
-            goal = goal * of.way[which].conj() * side
-            turn[:, which] = goal / np.abs(goal)
+            turn[:, which] = turn_between(goal, of.way[which], side)
     return Pose(pin - of.pin, turn - 1, of.pin)
 
 

@@ -133,6 +133,16 @@ class Closure(Columns):
         return np.asarray(root)
 
 
+def turn_between(goal: Array, way: Array, side: Array) -> Complexes:
+    """Return unit vectors that turn `way` to the direction of `side` as seen from `goal`.
+
+    Every dyad with a pin at one end closes so: the goal is the vector to its other pin, or the
+    normal of its line.
+    """
+    turned = goal * way.conj() * side
+    return np.asarray(turned / np.abs(turned))
+
+
 class Swing(NamedTuple):
     """Columns of swinging cranks, and their angles by phases (m, k).
 

@@ -1,0 +1,399 @@
+"""Circuits of chains: the motion through dead and change points, as a function of a phase.
+
+From an end of its drive a chain runs to the next one in a *leg*.  There a dyad is stretched out or
+folded; its branch changes, and the drive runs back.  The angle of the drive is  (low + high)/2 -
+(high - low)/2 cos(phase)  on a leg, in which poses are smooth at both ends.  A leg whose dyads only
+touch such a position, at a change point, goes on there with another branch: so does the smooth
+motion.  Where slides become parallel the chain runs to infinity, and the circuit is open.
+
+The ends are zeros of the squared sines of `poses`, found by bisection; minima below `CHANGE` are
+change points.  At both a squared sine is the small difference of lengths: there the joints keep
+their distances to rounding, but where the chain is on its way is known to the root of rounding
+only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidLinkage
+from ..kinematics.circuits import OPEN, SWING, TURN
+from ..kinematics.motion import CHANGE, Pose
+from ..kinematics.types import Array, Floats, Indices, Mask
+from .chain import Chain
+from .poses import Poses, poses
+from .structure import PRP, RPP
+
+
+@dataclass(frozen=True)
+class FollowOptions:
+    """Limits of the search for dead and change points.
+
+    Attributes
+    ----------
+    steps, pushed_steps : int
+        Positions of the drive between which an end is looked for: per turn; over the whole way of a
+        sliding drive, which ends within a small part of it.
+    max_turn : float
+        Largest change of the direction of a bar between two; else they are four times as many.
+    refinements : int
+        Rounds of that.
+    farthest : float
+        Way of a sliding drive within which an end is looked for [size of the chain].
+    shallow : float
+        Squared sine of a minimum between positions above which it cannot be a zero: between two
+        bars turn by less than `max_turn`.
+    minimum_rounds, minimum_samples, bisections : int
+        Rounds of the search for a minimum, each to an eighth, and its samples; rounds of bisection,
+        beyond the bits of a double.
+    dead : float
+        Squared sine at an end below which a dyad is at its dead point beside that which ends it.
+    max_pieces : int
+        Most pieces of a circuit, from one dead or change point to the next.
+    max_turns : int
+        Turns of the drive after which a chain with change points is back, at most.
+    """
+
+    steps: int = 192
+    pushed_steps: int = 1536
+    max_turn: float = 0.4
+    refinements: int = 2
+    farthest: float = 20.0
+    shallow: float = 0.05
+    minimum_rounds: int = 9
+    minimum_samples: int = 17
+    bisections: int = 60
+    dead: float = 1e-12
+    max_pieces: int = 64
+    max_turns: int = 4
+
+
+FOLLOW = FollowOptions()
+
+
+class Event(IntEnum):
+    """What ends a piece; `NONE` stands for no piece."""
+
+    BACK = 0
+    DEAD_POINT = 1
+    CHANGE_POINT = 2
+    INFINITY = 3
+    NONE = 4
+
+
+@dataclass(frozen=True)
+class ChainCircuits:
+    """Circuits of n chains, in which they are given; arrays of shape (n,) unless said.
+
+    Attributes
+    ----------
+    chain : Chain
+    bar : int
+        The bar that carries the guided point.
+    of : ndarray of int
+        Numbers of the chains.
+    kind : ndarray of int
+        `TURN`, `SWING` or `OPEN`; see `kinematics.circuits`.
+    period, phase : ndarray
+        Of the whole circuit; of the given pose [rad].
+    width : ndarray
+        Of a leg [rad].
+    low, high : ndarray, shape (l, n)
+        Drive at the start and the end of each leg [rad or length].
+    bounds : ndarray, shape (p, n)
+        Phases at which the pieces end; infinite where there are fewer.
+    branch : ndarray, shape (p, d, n)
+        Signs of the dyads on each piece.
+    """
+
+    chain: Chain
+    bar: int
+    of: Indices
+    kind: Array
+    period: Floats
+    phase: Floats
+    width: Floats
+    low: Floats
+    high: Floats
+    bounds: Floats
+    branch: Floats
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    def __getitem__(self, index: Any) -> ChainCircuits:
+        rest = (self.kind, self.period, self.phase, self.width, self.low, self.high, self.bounds, self.branch)
+        return ChainCircuits(self.chain[index], self.bar, self.of[index], *(array[..., index] for array in rest))
+
+    def drive(self, s: Floats) -> tuple[Floats, Array]:
+        """Return the drive at phases (m, n), and the branch there, shape (d, m, n)."""
+        turns = self.kind == TURN
+        inside = np.where(self.kind == OPEN, np.clip(s, 0, self.period), np.mod(s, self.period))
+        piece = (inside >= self.bounds[:, None]).sum(0)
+        piece = np.minimum(piece, np.isfinite(self.bounds).sum(0) - 1)
+        leg = np.minimum((inside / self.width).astype(int), np.rint(self.period / self.width).astype(int) - 1)
+        column = np.arange(len(self))
+        low, high = self.low[leg, column], self.high[leg, column]
+        share = 0.5 * np.pi * (inside / self.width - leg)
+        drive = low + (high - low) * np.sin(share) ** 2
+        drive = np.where(share > 0.25 * np.pi, high - (high - low) * np.cos(share) ** 2, drive)
+        branch = np.moveaxis(self.branch[piece, :, column], -1, 0)
+        return np.where(turns, s, drive), branch
+
+    def poses(self, s: Floats) -> Poses:
+        """Compute the poses of all bars at phases (m, n)."""
+        return poses(self.chain, *self.drive(s))
+
+    def pose(self, s: Floats) -> Pose:
+        """Return the poses of the bar with the guided point at phases (m, n)."""
+        found = self.poses(s)
+        return Pose(found.at[self.bar] - found.origin[self.bar], found.turn[self.bar] - 1, found.origin[self.bar])
+
+
+def circuits(chain: Chain, bar: int) -> ChainCircuits:
+    """Follow n chains round the circuits on which they are given.
+
+    Parameters
+    ----------
+    chain : Chain
+    bar : int
+        Number of the bar that carries the guided point.
+
+    Raises
+    ------
+    InvalidLinkage
+        If a circuit has more than 64 pieces.
+
+    Examples
+    --------
+    >>> from catalogue.chains.structure import Structure
+    >>> bars = {"frame": "AD", "crank": "AB", "coupler": "BC", "rocker": "CD"}
+    >>> chain = Chain.of(Structure.of(bars, drive="crank"), {"A": 0, "D": 4, "B": 3j, "C": 2 + 3j})
+    >>> found = circuits(chain, bar=2)
+    >>> found.kind.tolist() == [SWING], len(found.low)
+    (True, 2)
+    """
+    walk = _Walk(chain, np.ones(len(chain)), np.zeros(len(chain)), chain.branch)
+    pieces = walk.run()
+    some = np.flatnonzero(walk.open)
+    if len(some):  # start again from the end at infinity
+        back = _Walk(chain[some], -walk.way[some], walk.at[some], walk.sign[:, some])
+        pieces = pieces.replaced(some, back.run())
+    return pieces.circuits(chain, bar, walk)
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Pieces of n walks, in order; arrays (p, n), signs (p, d, n)."""
+
+    start: Floats
+    end: Floats
+    event: Array
+    sign: Floats
+
+    def replaced(self, some: Indices, by: _Pieces) -> _Pieces:
+        """Replace the walks of some chains."""
+        count = max(len(self.start), len(by.start))
+        found = []
+        for mine, theirs, fill in zip(self._arrays(), by._arrays(), (np.nan, np.nan, Event.NONE, 0.0), strict=True):
+            grown = np.full((count, *mine.shape[1:]), fill, mine.dtype)
+            grown[: len(mine)] = mine
+            grown[..., some] = fill
+            grown[: len(theirs), ..., some] = theirs
+            found.append(grown)
+        return _Pieces(*found)
+
+    def _arrays(self) -> tuple[Array, ...]:
+        return self.start, self.end, self.event, self.sign
+
+    def circuits(self, chain: Chain, bar: int, walk: _Walk) -> ChainCircuits:
+        """Lay the pieces along a phase."""
+        n, column, turns = len(chain), np.arange(len(chain)), walk.turning
+        count = (self.event != Event.NONE).sum(0)
+        number = np.arange(len(self.start))[:, None]
+        # a swing is walked from the middle of a leg on: the pieces of its last leg come first
+        swings = ~turns & ~walk.open
+        dead = (self.event == Event.DEAD_POINT) & (number < count)
+        turned = np.where(swings, count - 1 - np.where(dead, number, -1).max(0) - 1, 0)
+        kept = np.where(swings, count - 1, count)
+        order = np.where(number < turned, number + kept - turned, number - turned)
+        there = number < kept
+        order = np.where(there, order, 0)
+        start, end, event = (np.take_along_axis(values, order, 0) for values in (self.start, self.end, self.event))
+        sign = np.take_along_axis(self.sign, order[:, None], 0)
+        begin = np.where(swings, self.start[count - 1, column], start[0])
+        first = there & swings & (order == 0)
+        start[first] = np.broadcast_to(begin, start.shape)[first]
+        leg = np.zeros(start.shape, int)
+        leg[1:] = np.cumsum(event[:-1] == Event.DEAD_POINT, axis=0)
+        leg = np.where(there, leg, 0)
+        legs = leg.max(0) + 1
+        low, high = (np.zeros((int(legs.max()), n)) for _ in "01")
+        for p in range(len(start)):
+            here = there[p]
+            begins = here if p == 0 else here & (event[p - 1] == Event.DEAD_POINT)
+            low[leg[p][begins], column[begins]] = start[p][begins]
+            high[leg[p][here], column[here]] = end[p][here]
+        width = np.where(turns, walk.period, np.where(walk.open, 2 * np.pi / legs, np.pi))
+        bounds = np.full(start.shape, np.inf)
+        phase = np.where(turns, 0.0, np.nan)
+        for p in range(len(start)):
+            swung = width * (leg[p] + _share(end[p], low[leg[p], column], high[leg[p], column]))
+            bounds[p] = np.where(there[p], np.where(turns, end[p], swung), np.inf)
+            home = there[p] & ((start[p] <= 0) == (end[p] >= 0)) & (sign[p] == chain.branch).all(0) & np.isnan(phase)
+            given = width * (leg[p] + _share(np.zeros(n), low[leg[p], column], high[leg[p], column]))
+            phase = np.where(home, given, phase)
+        kind = np.where(turns, TURN, np.where(walk.open, OPEN, SWING))
+        period = np.where(turns, walk.period, width * legs)
+        return ChainCircuits(chain, bar, column, kind, period, phase, width, low, high, bounds, sign)
+
+
+def _share(drive: Floats, low: Floats, high: Floats) -> Floats:
+    """Return the share of a leg's phase at a position of the drive."""
+    with np.errstate(all="ignore"):
+        return np.asarray(2 / np.pi * np.arcsin(np.sqrt(np.clip((drive - low) / (high - low), 0, 1))))
+
+
+class _Walk:
+    """Walks of n chains from one dead or change point to the next; arrays (n,), signs (d, n)."""
+
+    def __init__(self, chain: Chain, way: Floats, at: Floats, sign: Floats) -> None:
+        n = len(chain)
+        self.chain, self.way, self.at, self.sign = chain, way.copy(), at.copy(), sign.copy()
+        self.first = (way.copy(), at.copy(), sign.copy())
+        turn = 2 * np.pi * chain.structure.turns
+        self.reach = FOLLOW.farthest * chain.size if chain.structure.is_pushed else np.full(n, turn)
+        self.open: Mask = np.zeros(n, bool)
+        self.turning: Mask = np.zeros(n, bool)
+        self.period = np.zeros(n)
+
+    def run(self) -> _Pieces:
+        """Walk until the chains are back where they started, or at infinity."""
+        some, n, d = np.arange(len(self.chain)), len(self.chain), len(self.sign)
+        pieces: list[tuple[Array, ...]] = []
+        while len(some):
+            if len(pieces) > FOLLOW.max_pieces:
+                raise InvalidLinkage(f"a circuit has more than {FOLLOW.max_pieces} dead and change points")
+            at, way, sign = self.at[some], self.way[some], self.sign[:, some]
+            end, event, dead = _next_event(self.chain[some], at, way, self.reach[some], sign)
+            end, event = self._stopped(some, end, event)
+            piece = (np.full(n, np.nan), np.full(n, np.nan), np.full(n, int(Event.NONE)), np.zeros((d, n)))
+            for values, new in zip(piece, (at, end, event, sign), strict=True):
+                values[..., some] = new
+            pieces.append(piece)
+            self.at[some] = end
+            self.sign[:, some] = np.where(dead & (event != Event.BACK), -sign, sign)
+            self.way[some] = np.where(event == Event.DEAD_POINT, -way, way)
+            self.open[some] = event == Event.INFINITY
+            some = some[(event != Event.BACK) & (event != Event.INFINITY)]
+        return _Pieces(*(np.array(values) for values in zip(*pieces, strict=True)))
+
+    def _stopped(self, some: Indices, end: Floats, event: Array) -> tuple[Floats, Array]:
+        """Return where chains stop and why.
+
+        They stop before the event if they pass their start as they left it.
+        """
+        way, home, sign = (values[..., some] for values in self.first)
+        at, reach = self.at[some], self.reach[some]
+        like = (self.sign[:, some] == sign).all(0) & (self.way[some] == way)
+        swings = like & ((home - at) * way > 0) & ((end - home) * way > 0)
+        turns = np.floor((at - home) * way / reach + 1e-9) + 1
+        ahead = home + way * turns * reach
+        passed = like & ~swings & ((end - ahead) * way >= -1e-9 * reach) & (not self.chain.structure.is_pushed)
+        if (turns > FOLLOW.max_turns).any():
+            raise InvalidLinkage(f"a chain is not back after {FOLLOW.max_turns} turns of its drive")
+        self.turning[some], self.period[some] = passed, turns * reach
+        event = np.where(swings | passed, Event.BACK, np.where(event == Event.BACK, Event.CHANGE_POINT, event))
+        return np.where(swings, home, np.where(passed, ahead, end)), event
+
+
+def _next_event(
+    chain: Chain, at: Floats, way: Floats, reach: Floats, sign: Floats, steps: int = 0, rounds: int = 0
+) -> tuple[Floats, Array, Mask]:
+    """Find the next dead or change point of chains (n,) from a position of their drives.
+
+    Returns
+    -------
+    ndarray, ndarray of int, ndarray of bool
+        Drive and event there, (n,), and which dyads change their branch, (d, n).  `BACK` stands for
+        none within reach.
+    """
+    n = len(chain)
+    steps = steps or (FOLLOW.pushed_steps if chain.structure.is_pushed else FOLLOW.steps * chain.structure.turns)
+    step = 1.02 * reach * way / steps
+
+    def squares(which: Indices, t: Floats) -> Floats:
+        return poses(chain[which], at[which] + step[which] * t, sign[:, which]).sines
+
+    t = np.arange(steps + 1.0)
+    found = poses(chain, at + step * t[:, None], sign)
+    bad = ~(found.sines >= -CHANGE).all(0)
+    first = np.where(bad.any(0), bad.argmax(0), steps + 1)
+    sound = (t[:-1, None] + 1) < first
+    with np.errstate(all="ignore"):
+        rough = (np.where(sound, np.abs(np.diff(found.turn, axis=1)).max(0), 0) > FOLLOW.max_turn).any(0)
+    # brackets of the first end: the drive is feasible at `low`, not at `high`
+    low, high = first - 1.0, first.astype(float)
+    ends = first <= steps
+    touch = np.full(n, np.inf)
+    inner = found.sines[:, 1:-1]
+    dip = (inner < FOLLOW.shallow) & (inner <= found.sines[:, :-2]) & (inner < found.sines[:, 2:])
+    dyad, row, which = np.nonzero(dip & (t[1:-1, None] < first))
+    if len(which):
+        place, least = _minimum(lambda x: squares(which, x)[dyad, :, np.arange(len(which))].T, row + 1.0)
+        crossed = least < -CHANGE
+        touched = ~crossed & (least <= CHANGE)
+        np.minimum.at(touch, which[touched], place[touched])
+        for k in np.flatnonzero(crossed & (row < low[which])):
+            if row[k] < low[which[k]]:
+                low[which[k]], high[which[k]], ends[which[k]] = float(row[k]), place[k], True
+    some = np.flatnonzero(ends)
+    low[some], high[some] = _bisected(lambda x: (squares(some, x[None])[:, 0] >= 0).all(0), low[some], high[some])
+    touches = touch < np.where(ends, low - 1e-6, np.inf)
+    place = np.where(touches, touch, np.where(ends, low, steps / 1.02))
+    end = at + step * place
+    there = squares(np.arange(n), place[None])[:, 0]
+    bends = np.array([group.kind not in (PRP, RPP) for group in chain.structure.dyads], bool).reshape(-1, 1)
+    passed = squares(np.arange(n), np.where(ends, high, place)[None])[:, 0] < 0
+    dead = bends & np.where(touches, there <= 2 * CHANGE, ends & (passed | (there <= FOLLOW.dead)))
+    event = np.where(
+        touches,
+        Event.CHANGE_POINT,
+        np.where(~ends, Event.BACK, np.where(dead.any(0), Event.DEAD_POINT, Event.INFINITY)),
+    )
+    if chain.structure.is_pushed:
+        event = np.where(event == Event.BACK, Event.INFINITY, event)
+    again = np.flatnonzero(rough)
+    if len(again) and rounds < FOLLOW.refinements:
+        fine = _next_event(chain[again], at[again], way[again], reach[again], sign[:, again], 4 * steps, rounds + 1)
+        for values, new in zip((end, event, dead), fine, strict=True):
+            values[..., again] = new
+    return end, event, dead
+
+
+def _minimum(function: Any, near: Array) -> tuple[Floats, Floats]:
+    """Minimise a function of (m, k) within 1 of places (k,)."""
+    low, high = near - 1, near + 1
+    share = np.linspace(0, 1, FOLLOW.minimum_samples)[:, None]
+    column = np.arange(len(near))
+    for _ in range(FOLLOW.minimum_rounds):
+        x = low + share * (high - low)
+        values = function(x)
+        values = np.where(np.isnan(values), -np.inf, values)
+        least = values.argmin(0)
+        low = x[np.maximum(least - 1, 0), column]
+        high = x[np.minimum(least + 1, len(share) - 1), column]
+    return x[least, column], values[least, column]
+
+
+def _bisected(holds: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Bisect between places (k,) at which a condition holds, and at which not."""
+    for _ in range(FOLLOW.bisections):
+        middle = 0.5 * (low + high)
+        good = holds(middle)
+        low, high = np.where(good, middle, low), np.where(good, high, middle)
+    return low, high
