@@ -39,10 +39,12 @@ if TYPE_CHECKING:
     )
     from .find.answers import load, recall
     from .find.candidate import Candidate
+    from .find.chain_motion import ChainMotion
     from .find.dwell_results import StandStill
     from .find.guide_motion import GuideMotion
     from .find.improve import Improvement, improve
     from .find.measure import Measured, Stretch, measure
+    from .find.own_chain import ChainStretch, OwnChain, mechanism
     from .find.own_guide import OwnGuide, guide
     from .find.placed import PlacedGuide
     from .find.results import Found
@@ -55,6 +57,8 @@ _HOME = {
     "Candidate": "find.candidate",
     "Catalogue": "api",
     "CatalogueError": "errors",
+    "ChainMotion": "find.chain_motion",
+    "ChainStretch": "find.own_chain",
     "CircularArc": "problem.path",
     "ConstraintArguments": "problem.constraints",
     "Constraints": "problem.constraints",
@@ -70,6 +74,7 @@ _HOME = {
     "Linkage": "kinematics.linkage",
     "Measured": "find.measure",
     "MissingExtra": "errors",
+    "OwnChain": "find.own_chain",
     "OwnGuide": "find.own_guide",
     "PlacedGuide": "find.placed",
     "PluginError": "errors",
@@ -83,6 +88,7 @@ _HOME = {
     "improve": "find.improve",
     "load": "find.answers",
     "measure": "find.measure",
+    "mechanism": "find.own_chain",
     "open": "api",
     "recall": "find.answers",
 }
@@ -91,6 +97,8 @@ __all__ = [
     "Candidate",
     "Catalogue",
     "CatalogueError",
+    "ChainMotion",
+    "ChainStretch",
     "CircularArc",
     "ConstraintArguments",
     "Constraints",
@@ -106,6 +114,7 @@ __all__ = [
     "Linkage",
     "Measured",
     "MissingExtra",
+    "OwnChain",
     "OwnGuide",
     "PlacedGuide",
     "PluginError",
@@ -120,6 +129,7 @@ __all__ = [
     "improve",
     "load",
     "measure",
+    "mechanism",
     "open",
     "recall",
 ]

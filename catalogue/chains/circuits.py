@@ -129,13 +129,24 @@ class ChainCircuits:
         rest = (self.kind, self.period, self.phase, self.width, self.low, self.high, self.bounds, self.branch)
         return ChainCircuits(self.chain[index], self.bar, self.of[index], *(array[..., index] for array in rest))
 
+    @property
+    def is_immobile(self) -> Mask:
+        """Whether a chain cannot move, (n,): never, as none is given at a dead point."""
+        return np.zeros(len(self), bool)
+
+    @property
+    def leg_count(self) -> Indices:
+        """Number of legs, (n,)."""
+        return np.rint(self.period / self.width).astype(int)
+
     def drive(self, s: Floats) -> tuple[Floats, Array]:
         """Return the drive at phases (m, n), and the branch there, shape (d, m, n)."""
         turns = self.kind == TURN
         inside = np.where(self.kind == OPEN, np.clip(s, 0, self.period), np.mod(s, self.period))
-        piece = (inside >= self.bounds[:, None]).sum(0)
+        known = np.where(np.isnan(inside), 0.0, inside)
+        piece = (known >= self.bounds[:, None]).sum(0)
         piece = np.minimum(piece, np.isfinite(self.bounds).sum(0) - 1)
-        leg = np.minimum((inside / self.width).astype(int), np.rint(self.period / self.width).astype(int) - 1)
+        leg = np.minimum((known / self.width).astype(int), self.leg_count - 1)
         column = np.arange(len(self))
         low, high = self.low[leg, column], self.high[leg, column]
         share = 0.5 * np.pi * (inside / self.width - leg)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
+from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from ..find.columns import STRETCH
+from ..find.columns import CHAIN, STRETCH, Column
 from ..find.columns import TABLE as MADE
 from ..progress import busy
 from .completion import references
@@ -20,6 +21,7 @@ from .units import UNIT, angle, in_output_unit, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.measure import Measured
+    from ..find.own_chain import OwnChain
     from ..find.placed import PlacedGuide
 
 
@@ -30,10 +32,14 @@ TABLE = (
 )
 #: Title, unit and meaning of each column.
 COLUMNS = {**MADE, **STRETCH}
+#: Column of the drive of a mechanism of many bars.
+DRIVE = Column("drive", "", "drive at both ends of the path, from its given pose", right=False)
 #: Note on circuits that cross at change points.
 JOINED = "joined at the change points, where only a guard keeps the linkage from flipping from one into the other"
 #: Note on a stretch on the other circuit of such a pair.
 JOINED_CIRCUIT = "another circuit, joined to that given at a change point: lead the linkage over there, with a guard"
+#: Columns of the table of mechanisms of many bars.
+CHAIN_TABLE = ("number", "code", "drive", "stroke", "deviation", "radius", "size", "min_transmission")
 #: Columns to omit on a narrow terminal, the first one first.
 SPARE = ("nearest_series", "links", "crank", "size")
 
@@ -88,13 +94,18 @@ def measure(
     coupler. Link lengths need no angle here. A CSV line without headings holds 8 or 12 numbers for
     the pivots and 2 for the point.
 
+    A mechanism of many bars is JSON with `joints` (positions, or distances from joints before),
+    `bars` (the joints on each, one the frame), `drive` and `point`; with `slides`, `gears` and
+    `parallel` bars if it has any. It is measured on the circuit on which it is given.
+
     \b
     catalogue measure mine.json --stroke 120
     """
     from ..find.measure import measure as measured
+    from ..find.own_chain import OwnChain
     from ..plugin.registry import Registry
 
-    every = in_output_unit(resolve(reference, point, db, plugins))
+    every = in_output_unit(resolve(reference, point, db, plugins, chains=True))
     count = (4 if len(every) == 1 else 1) if limit is None else limit
     with busy("measuring"):
         found = measured(
@@ -110,7 +121,9 @@ def measure(
     one = every[0] if len(every) == 1 else None
 
     def table(found: Measured) -> None:
-        if one is not None:
+        if isinstance(one, OwnChain):
+            describe_chain(one)
+        elif one is not None:
             describe(one)
         _table(found, many=one is None)
 
@@ -142,8 +155,31 @@ def describe(guide: PlacedGuide) -> None:
         tell(f"{what}: {'; '.join(places) or 'none'}")
 
 
+def describe_chain(one: OwnChain) -> None:
+    """Print bars, drive and range of a mechanism of many bars."""
+    from ..kinematics.circuits import TURN
+
+    structure, found = one.chain.structure, one.circuit
+    tell(f"{one.name or 'mechanism'}: {len(structure.bars)} bars, {one.drive} drives, {one.point} is guided")
+    if found.kind[0] == TURN:
+        tell(f"{one.drive} turns fully")
+        return
+    legs = found.leg_count[0]
+    low, high = float(found.low[:legs].min()), float(found.high[:legs].max())
+    low, high = min(low, float(found.high[:legs].min())), max(high, float(found.low[:legs].max()))
+    if structure.is_pushed:
+        tell(f"{one.drive} runs from {with_unit(f'{low:.6g}')} to {with_unit(f'{high:.6g}')}, from its given pose")
+    else:
+        tell(f"{one.drive} swings from {degrees(low):.2f}\u00b0 to {degrees(high):.2f}\u00b0, from its given pose")
+
+
 def _table(found: Measured, *, many: bool) -> None:
+    from ..find.own_chain import OwnChain
+
     first = found[0]
+    if isinstance(first, OwnChain):
+        _chain_table(found, many=many)
+        return
     asked = {"number": many, "radius": first.radius is not None, "allowance": first.allowance is not None}
     names = [name for name in TABLE if asked.get(name, True)]
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
@@ -156,5 +192,22 @@ def _table(found: Measured, *, many: bool) -> None:
     caption = f"{apart}`catalogue show CODE` gives all numbers; --legend explains the columns"
     title = f"Stretches along {what}" + f", lengths in {unit()}" * bool(unit())
     print_table(title, names, rows, caption, meanings=COLUMNS, spare=SPARE)
+    for number_, reason in (found.failed or {}).items():
+        tell(f"{number_}: {reason}")
+
+
+def _chain_table(found: Measured, *, many: bool) -> None:
+    first = found[0]
+    asked = {"number": many, "radius": first.radius is not None}
+    names = [name for name in CHAIN_TABLE if asked.get(name, True)]
+    mark = "" if first.chain.structure.is_pushed else "\u00b0"
+    rows = [
+        row(one, names, code=code, drive=f"{one.drive_from:.4g}{mark} \u2192 {one.drive_to:.4g}{mark}")
+        for code, one in zip(codes(found), found, strict=True)
+    ]
+    title = f"Stretches along {'straight lines' if first.radius is None else 'arcs'}"
+    title += f", lengths in {unit()}" * bool(unit())
+    meanings = {**CHAIN, "code": MADE["code"], "drive": DRIVE}
+    print_table(title, names, rows, "`catalogue show CODE` gives all numbers", meanings=meanings, spare=("size",))
     for number_, reason in (found.failed or {}).items():
         tell(f"{number_}: {reason}")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from collections.abc import Mapping
 from difflib import get_close_matches
 from typing import Any
 
@@ -68,8 +70,35 @@ def read_linkages(file: str, unit: str | None = None) -> Linkage:
     return linkages if (times == 1).all() else linkages.moved(times)
 
 
-def read_rows(file: str) -> list[Row]:
-    """Read the linkages of a file as rows of values by name.
+def chains_in(content: str, file: str) -> list[Mapping[str, Any]]:
+    """Read mechanisms of many bars from JSON; none if it holds something else.
+
+    Raises
+    ------
+    InvalidRequest
+        If a name is given twice.
+    """
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        held: dict[str, Any] = {}
+        for name, value in pairs:
+            if name in held:
+                raise InvalidRequest(f"{file}: {quoted(name)} is given twice")
+            held[name] = value
+        return held
+
+    if content.lstrip()[:1] not in ("[", "{") or '"bars"' not in content:
+        return []
+    try:
+        given = json.loads(content, object_pairs_hook=once)
+    except (ValueError, RecursionError):
+        return []  # told as any invalid JSON is
+    every = given if isinstance(given, list) else [given]
+    return every if any(isinstance(one, dict) and "bars" in one for one in every) else []
+
+
+def read_rows(file: str, content: str | None = None) -> list[Row]:
+    """Read the linkages of a file, or of its content, as rows of values by name.
 
     A row holds `pivots` and, if given, `point` (complex); or link lengths.  Its unit is None if not
     given.
@@ -79,7 +108,10 @@ def read_rows(file: str) -> list[Row]:
     InvalidRequest, InvalidLinkage
         If the file cannot be read, holds no linkage, or something else.
     """
-    rows = rows_of(read_text(file), file)
+    content = read_text(file) if content is None else content
+    if chains_in(content, file):
+        raise InvalidRequest(f"{file} is a mechanism of many bars: measure, trace and show take it, this does not yet")
+    rows = rows_of(content, file)
     if not rows:
         raise InvalidRequest(f"{file} holds no linkage")
     read = []

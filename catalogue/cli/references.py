@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InvalidRequest
+from ..errors import InvalidLinkage, InvalidRequest
 
 if TYPE_CHECKING:
     from ..api import Catalogue
-    from ..find.placed import PlacedGuide
+    from ..find.own_chain import OwnChain
 
 #: Placeholder of a reference in the usage line.
 REFERENCE = "FILE|-|CODE|ID|NAME"
@@ -26,8 +26,13 @@ HELP = (
 
 
 def guides(
-    reference: str, point: tuple[float, float] | None, opened: Callable[[], Catalogue], stroke: float | None = None
-) -> list[PlacedGuide]:
+    reference: str,
+    point: tuple[float, float] | None,
+    opened: Callable[[], Catalogue],
+    stroke: float | None = None,
+    *,
+    chains: bool = False,
+) -> list[Any]:
     """Resolve a reference to guides.
 
     Parameters
@@ -39,6 +44,8 @@ def guides(
         Opens the catalogue; called only if needed.
     stroke : float, optional
         Stroke of a stored guide or a named design [length].
+    chains : bool
+        Whether mechanisms of many bars are taken.
 
     Raises
     ------
@@ -46,10 +53,18 @@ def guides(
         If the reference names none, a linkage has no guided point, or a stroke is given for a guide
         that has its own.
     """
+    from ..find.own_chain import OwnChain
+
     found = answers(reference, opened, stroke)
     if found is None:
         found = _own(reference, point)
     for one in found:
+        if isinstance(one, OwnChain) and chains:
+            continue
+        if isinstance(one, OwnChain):
+            raise InvalidRequest(
+                f"{reference} is a mechanism of many bars: measure, trace and show take it, this command does not yet"
+            )
         if not hasattr(one, "pivots"):
             raise InvalidRequest(f"{reference} is no planar guide: it can be shown, not measured")
     return found
@@ -61,12 +76,15 @@ def resolve(
     db: Path | None,
     plugins: Sequence[str],
     stroke: float | None = None,
-) -> list[PlacedGuide]:
+    *,
+    chains: bool = False,
+) -> list[Any]:
     """Resolve a reference to guides, opening the catalogue only if needed; see `guides`."""
     from ..api import open
 
     with ExitStack() as stack:
-        return guides(reference, point, cache(lambda: stack.enter_context(open(db, plugins=plugins))), stroke)
+        opened = cache(lambda: stack.enter_context(open(db, plugins=plugins)))
+        return guides(reference, point, opened, stroke, chains=chains)
 
 
 def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | None = None) -> list[Any] | None:
@@ -121,10 +139,13 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
     import numpy as np
 
     from ..find.own_guide import OwnGuide
-    from .reading import linkages_of, read_rows
+    from .reading import chains_in, linkages_of, read_rows, read_text
     from .units import unit
 
-    rows = read_rows(reference)
+    content = read_text(reference)
+    if chains := chains_in(content, reference):
+        return _own_chains(chains, reference, point)
+    rows = read_rows(reference, content)
     linkage, points = linkages_of(rows)
     chosen = None if point is None else unit()  # a point on the command line is in the unit of output
     missing = np.flatnonzero(np.isnan(points))
@@ -138,6 +159,25 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
         for pivots, z, row in zip(linkage.pivots.tolist(), points.tolist(), rows, strict=True)
     ]
     return found if point is None else [replace(one, guided=[*point]) for one in found]
+
+
+def _own_chains(
+    chains: Sequence[Mapping[str, Any]], reference: str, point: tuple[float, float] | None
+) -> list[OwnChain]:
+    from ..find.own_chain import OwnChain
+
+    if point is not None:
+        raise InvalidRequest(f"{reference} is a mechanism of many bars: it names its guided joint by `point`")
+    found = []
+    for number, one in enumerate(chains, 1):
+        place = reference if len(chains) == 1 else f"{reference}, mechanism {number}"
+        if not isinstance(one, dict) or "bars" not in one:
+            raise InvalidRequest(f"{place} has no `bars`: mechanisms of many bars stand in a file of their own")
+        try:
+            found.append(OwnChain.of(one))
+        except (InvalidLinkage, InvalidRequest) as error:
+            raise type(error)(f"{place}: {error}") from None
+    return found
 
 
 def _is_file(reference: str) -> bool:

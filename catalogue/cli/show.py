@@ -75,7 +75,7 @@ def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
 
     found = answers(name, lambda: open(db, plugins=plugins, build=False))
     if found is None:
-        found = guides(name, None, lambda: open(db, plugins=plugins, build=False))
+        found = guides(name, None, lambda: open(db, plugins=plugins, build=False), chains=True)
     if not found:
         raise InvalidRequest(f"{name} holds no answers: `catalogue measure {name}` measures linkages")
     return found
@@ -98,7 +98,7 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
     from ..find.placed import PlacedGuide
 
     if moving and not isinstance(one, PlacedGuide):
-        raise InvalidRequest("only a planar guide is drawn so that it moves")
+        raise InvalidRequest("only a planar guide of two dyads is drawn so that it moves")
     one.plot(file, **({"moving": True} if moving else {}))
     keep(one)
     print(f"drawn: {file}", file=sys.stderr)

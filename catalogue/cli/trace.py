@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -14,6 +15,10 @@ from .completion import references
 from .options import DB, PLUGINS, Argument, option, several
 from .references import HELP, REFERENCE, resolve
 from .units import NAMED_POINT, UNIT, in_output_unit, length
+
+if TYPE_CHECKING:
+    from ..find.chain_motion import ChainMotion
+    from ..find.guide_motion import GuideMotion
 
 
 @click.command(
@@ -40,6 +45,7 @@ from .units import NAMED_POINT, UNIT, in_output_unit, length
             int,
             show_default="that of the answer, or the first that turns",
         ),
+        several("--distance", "A,B", "Distance of two joints of a mechanism of many bars; may be repeated.", str),
         length("--point", "X Y", "Guided point, in the position of the pivots.", nargs=2),
         several(
             "--also", "NAME=X,Y", "Another coupler point, in the position of the pivots; may be repeated.", NAMED_POINT
@@ -56,6 +62,7 @@ def trace(
     samples: int,
     driver: int | None,
     point: tuple[float, float] | None,
+    distance: Sequence[str],
     also: Sequence[tuple[str, tuple[float, float]]],
     format: str,
     db: Path | None,
@@ -63,19 +70,29 @@ def trace(
 ) -> None:
     """Print positions, velocities, accelerations, transmission and advantage over the drive.
 
-    Velocities are per radian of the drive, accelerations per radian squared.
+    Velocities are per radian of the drive, accelerations per radian squared. Of a mechanism of many
+    bars: all bars, all joints, and distances between joints with their ratios to the drive.
 
     \b
     catalogue trace mine.json --unit mm > motion.csv
     """
     from ..find.candidate import Candidate
+    from ..find.own_chain import ChainStretch, OwnChain
 
-    every = in_output_unit(resolve(reference, point, db, plugins))
+    every = in_output_unit(resolve(reference, point, db, plugins, chains=True))
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be traced at a time")
     one, points = every[0], dict(also)
+    between = [tuple(one.split(",")) for one in distance]
+    if distance and not isinstance(one, OwnChain):
+        raise InvalidRequest(f"{reference} has two dyads: --distance is for a mechanism of many bars")
+    motion: ChainMotion | GuideMotion
     with busy("moving it"):
-        if isinstance(one, Candidate) and over != "circuit":
+        if isinstance(one, ChainStretch):
+            motion = one.motion(samples, points=points, driver=driver, between=between, whole=over == "circuit")
+        elif isinstance(one, OwnChain) and over != "stroke":
+            motion = one.motion(samples, points=points, driver=driver, between=between)
+        elif isinstance(one, Candidate) and over != "circuit":
             motion = one.motion(samples, points=points, driver=driver)
         elif over == "stroke":
             raise InvalidRequest(f"{reference} has no stroke: trace an answer of `measure`, or --over circuit")

@@ -28,6 +28,7 @@ from ..units import millimetres, unit_or_none
 from .candidate import Candidate
 from .codes import KEPT, LENGTH, code_of, is_code, keep, kept
 from .dwell_results import DwellCandidate
+from .own_chain import ChainStretch, OwnChain
 from .own_guide import OwnGuide
 from .placed import PlacedGuide
 
@@ -40,7 +41,7 @@ FORMAT = "mechanism-catalogue answers"
 #: Fields with names, or none, from plugins.
 NAMES = ("family", "series", "configuration", "nearest_series")
 
-Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
+Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate, OwnChain, ChainStretch or CollectionCandidate
 
 
 def remember(answers: Sequence[Answer]) -> list[str]:
@@ -215,7 +216,9 @@ def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | No
     from . import measured_again
     from .measure import Stretch
 
-    kinds: dict[str, Any] = {c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate)}
+    kinds: dict[str, Any] = {
+        c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate, OwnChain, ChainStretch)
+    }
     try:
         values = dict(held)
         kind = values.pop("kind", None)
@@ -261,6 +264,8 @@ def _sound(one: Answer) -> Answer:
             raise InvalidRequest(f"{name} must be a list, not {quoted(value)}")
     if isinstance(one, PlacedGuide):
         Linkage(one.pivots)
+    if isinstance(one, OwnChain):
+        _ = one.read  # refuses what is no mechanism
     if isinstance(one, Candidate) and one.arc_angle is not None:
         consistent_arc(one.stroke, positive("radius", one.radius), one.arc_angle)
     return one

@@ -1,8 +1,8 @@
 """Title, unit and meaning of each column of an answer, for tables, legends and help texts.
 
-`CANDIDATE`, `STRETCH`, `DWELL` describe `Candidate`, `Stretch` and `DwellCandidate` by the names of
-their fields, which JSON and CSV share; `TABLE` describes columns of tables only.  A title may be
-broken at a soft hyphen.
+`CANDIDATE`, `STRETCH`, `CHAIN` and `DWELL` describe `Candidate`, `Stretch`, `ChainStretch` and
+`DwellCandidate` by the names of their fields, which JSON and CSV share; `TABLE` describes columns
+of tables only.  A title may be broken at a soft hyphen.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ..units import LENGTH
 
-__all__ = ["CANDIDATE", "DWELL", "LENGTH", "STRETCH", "TABLE", "Column", "attributes"]
+__all__ = ["CANDIDATE", "CHAIN", "DWELL", "LENGTH", "STRETCH", "TABLE", "Column", "attributes"]
 
 
 @dataclass(frozen=True)
@@ -200,6 +200,22 @@ STRETCH: Mapping[str, Column] = {
         ]
     ),
 }
+
+CHAIN: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("stroke", "deviation", "radius")} | dict(
+    [
+        _column("number", "", "number of the given mechanism, from 1", "#"),
+        _column("size", LENGTH, "diameter of all joints over the stroke, the path included"),
+        _column(
+            "min_transmission", "deg", "minimum transmission angle of any dyad over the stroke", "trans\u00admission"
+        ),
+        _column("drive_from", "", "drive at the start of the path, from its given pose: deg, of a slider length"),
+        _column("drive_to", "", "drive at the end of the path, from its given pose: deg, of a slider length"),
+        _column("joints", LENGTH, "positions of the joints in the given pose"),
+        _column("bars", "", "joints on each bar"),
+        _column("start", LENGTH, "start of the path"),
+        _column("along", "deg", "direction of the path from the x axis"),
+    ]
+)
 
 DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family", "series", "configuration")} | dict(
     [

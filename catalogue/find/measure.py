@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..guidance.wide_arc import on_wide_arcs, wide_arcs
 from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
 from ..kinematics.batch import Columns, join
-from ..kinematics.circuits import OPEN, Circuits, circuits
+from ..kinematics.circuits import OPEN, Carriers, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
@@ -32,6 +32,7 @@ from ..series.classification import classify
 from ..units import common
 from .candidate import Candidate
 from .columns import STRETCH
+from .own_chain import ChainStretch, OwnChain
 from .placed import IMMOBILE, PlacedGuide
 from .results import Frames, Results, listed, measured_columns
 
@@ -112,7 +113,7 @@ class Stretch(Candidate):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Measured(Results[Stretch]):
+class Measured(Results[Any]):
     """Measured stretches, the best of each linkage first.
 
     Attributes
@@ -133,11 +134,11 @@ class Measured(Results[Stretch]):
 
     @property
     def columns(self) -> list[str]:
-        return Stretch.columns()
+        return (type(self.candidates[0]) if self.candidates else Stretch).columns()
 
 
 def measure(
-    guides: PlacedGuide | Sequence[PlacedGuide],
+    guides: PlacedGuide | OwnChain | Sequence[PlacedGuide | OwnChain],
     *,
     stroke: float | None = None,
     deviation: float | None = None,
@@ -151,7 +152,7 @@ def measure(
 
     Parameters
     ----------
-    guides : PlacedGuide or sequence of PlacedGuide
+    guides : PlacedGuide or OwnChain, or sequence of one kind
     stroke, deviation : float, optional
         Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both:
         stretches of the stroke, and the allowance within the deviation [length].
@@ -191,103 +192,192 @@ def measure(
     every = list(guides) if isinstance(guides, Sequence) and not isinstance(guides, str) else [guides]
     if not every:
         raise InvalidRequest("there is no linkage to measure")
-    if wrong := [one for one in every if not isinstance(one, PlacedGuide)]:
+    if wrong := [one for one in every if not isinstance(one, PlacedGuide | OwnChain)]:
         raise InvalidRequest(f"measure wants guides, such as catalogue.guide makes, not {quoted(wrong[0])}")
-    unit = common([one.unit for one in every])
-    linkage = Linkage([one.pivots for one in every])
-    point = np.array([complex(*one.guided) for one in every])
-    limit = whole("limit", limit, 1)
     if series is not None and not callable(series):
         raise InvalidRequest(f"series must be a function that returns the series by code, not {quoted(series)}")
-    if angle is not None:
-        stroke, radius, angle = consistent_arc(stroke, radius, angle)
-    if stroke is None and deviation is None:
-        raise InvalidRequest("say over which stroke it is to be measured, or within which deviation")
-    tolerance = None if deviation is None else positive("deviation", deviation)
-    allowed = np.inf if tolerance is None else tolerance
-    if radius is not None:
-        radius = positive("radius", radius)
-    curved = switch("arc", arc) or radius is not None
+    unit = common([one.unit for one in every])
+    asked = Sought.of(stroke, deviation, radius, angle, arc, limit)
+    if any(isinstance(one, OwnChain) for one in every):
+        return _of_chains(every, asked)
+    placed = [one for one in every if isinstance(one, PlacedGuide)]
+    linkage = Linkage([one.pivots for one in placed])
+    point = np.array([complex(*one.guided) for one in placed])
     found = circuits(linkage)
     at = point[found.of]
-    length = None if stroke is None else positive("stroke", stroke)
+    rows: dict[int, Stretch] = {}
+    for part, places in best_stretches(found, at, asked):
+        rows |= zip(places.tolist(), _rows(part, found, asked, series, unit), strict=True)
+    missing = np.setdiff1d(np.arange(len(linkage)), [one.number - 1 for one in rows.values()])
+    failed = {int(i) + 1: _reason(found, at, int(i), asked) for i in missing}
+    return Measured([rows[i] for i in sorted(rows)], "" if rows else f"no stretch found: {failed[1]}", failed)
+
+
+@dataclass(frozen=True)
+class Sought:
+    """Stretches to find: of a stroke, or within a tolerance; along lines or arcs."""
+
+    stroke: float | None
+    tolerance: float | None
+    radius: float | None
+    curved: bool
+    wide: float | None
+    limit: int
+
+    @classmethod
+    def of(
+        cls, stroke: Any, deviation: Any, radius: Any = None, angle: Any = None, arc: Any = False, limit: Any = 4
+    ) -> Sought:
+        """Check the arguments of `measure`."""
+        limit = whole("limit", limit, 1)
+        if angle is not None:
+            stroke, radius, angle = consistent_arc(stroke, radius, angle)
+        if stroke is None and deviation is None:
+            raise InvalidRequest("say over which stroke it is to be measured, or within which deviation")
+        tolerance = None if deviation is None else positive("deviation", deviation)
+        if radius is not None:
+            radius = positive("radius", radius)
+        curved = switch("arc", arc) or radius is not None
+        length = None if stroke is None else positive("stroke", stroke)
+        if length is not None and radius is not None:
+            length, radius, angle = consistent_arc(length, radius, angle)  # refuses an impossible arc
+        return cls(length, tolerance, radius, curved, angle if is_wide(angle) else None, limit)
+
+    @property
+    def allowed(self) -> float:
+        """Largest deviation."""
+        return np.inf if self.tolerance is None else self.tolerance
+
+
+def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tuple[Laid, Indices]]:
+    """Find the best stretches of coupler points on circuits, those of each linkage in order.
+
+    Parameters
+    ----------
+    found : Circuits or ChainCircuits
+        k circuits, of linkages from number 0 on.
+    at : complex ndarray, shape (k,)
+        Guided points [length].
+    asked : Sought
+
+    Yields
+    ------
+    Laid, ndarray of int
+        Some of the stretches, and their places in the list of all.
+    """
+    length, radius, allowed, curved = asked.stroke, asked.radius, asked.allowed, asked.curved
     within = allowed if length is None else np.inf
-    if length is not None and radius is not None:
-        length, radius, angle = consistent_arc(length, radius, angle)  # refuses an impossible arc
-    wide = angle if is_wide(angle) else None
 
     def seek(some: Indices, count: int, share: float = 1.0) -> Stretches:
         if length is not None:
-            asked = np.full(len(some), length)
-            return straightest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
-        asked = np.full(len(some), share * allowed)
-        return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
+            strokes = np.full(len(some), length)
+            return straightest(found[some], at[some], strokes, circle=curved, radius=radius, count=count)
+        limits = np.full(len(some), share * allowed)
+        return longest(found[some], at[some], limits, circle=curved, radius=radius, count=count)
 
-    parts, some, more = [], np.arange(len(found)), limit
-    if wide is not None and radius is not None:
-        parts.append(Laid.over_wide_arcs(found, at, radius, wide, limit))
-    for share in (1.0, *STRICTER) if wide is None else ():
+    parts, some, more = [], np.arange(len(found)), asked.limit
+    if asked.wide is not None and radius is not None:
+        parts.append(Laid.over_wide_arcs(found, at, radius, asked.wide, asked.limit))
+    for share in (1.0, *STRICTER) if asked.wide is None else ():
         sought = seek(some, more, share)
         part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius, within)
         over = part.deviation > within * (1 + CLOSE)
         parts.append(part[np.flatnonzero(np.isfinite(part.deviation) & ~over)])
         seen = np.concatenate([found.of[one.circuit] for one in parts])
-        missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(np.arange(len(linkage)), seen)))
+        missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(found.of, seen)))
         # the best stretch cannot be measured, or is worse on the finer grid: try more, within a
         # stricter tolerance
         some = np.union1d(missed if length is None or more < MORE else missed[:0], part.circuit[over])
-        more = max(limit, MORE)
+        more = max(asked.limit, MORE)
         if not len(some):
             break
     best = join(*(one.stretches for one in parts))
-    key = best.deviation if length is not None else -best.stroke
-    kept = _best(found, best, key, limit)
+    kept = _best(found, best, best.deviation if length is not None else -best.stroke, asked.limit)
     of_part = np.repeat(np.arange(len(parts)), [len(one.circuit) for one in parts])
     start = np.searchsorted(of_part, np.arange(len(parts)))
-    rows: list[Stretch | None] = [None] * len(kept)
     for k, part in enumerate(parts):
         chosen = np.flatnonzero(of_part[kept] == k)
-        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, wide, series, unit)
-        for i, one in zip(chosen.tolist(), made, strict=True):
-            rows[i] = one
-    missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
-    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed, curved, radius, wide) for i in missing}
-    told = "" if rows else f"no stretch found: {failed[1]}"
-    return Measured([one for one in rows if one is not None], told, failed)
+        yield part[kept[chosen] - start[k]], chosen
 
 
-def _reason(
-    found: Circuits,
-    point: Complexes,
-    number: int,
-    stroke: float | None,
-    deviation: float,
-    curved: bool,
-    radius: float | None,
-    wide: float | None = None,
-) -> str:
+def _of_chains(every: Sequence[Any], asked: Sought) -> Measured:
+    """Measure mechanisms of many bars, one after the other."""
+    if others := [one for one in every if not isinstance(one, OwnChain)]:
+        raise InvalidRequest(f"measure takes mechanisms of many bars alone, not together with {quoted(others[0])}")
+    if asked.wide is not None:
+        raise InvalidRequest(
+            "arcs near a half circle, or beyond, are not measured yet on mechanisms of many bars: ask for less"
+        )
+    rows, failed = list[ChainStretch](), dict[int, str]()
+    for number, one in enumerate(every, 1):
+        found, at = one.circuit, np.array([one.guided_point])
+        made: dict[int, ChainStretch] = {}
+        for part, places in best_stretches(found, at, asked):
+            made |= zip(places.tolist(), _chain_rows(part, one, asked, number), strict=True)
+        rows += _distinct([made[i] for i in sorted(made)])
+        if not made:
+            failed[number] = _reason(found, at, 0, asked)
+    return Measured(rows, "" if rows else f"no stretch found: {failed[1]}", failed)
+
+
+def _distinct(rows: list[ChainStretch]) -> list[ChainStretch]:
+    """Drop stretches along the path of a better one, such as those of the way back."""
+    kept = list[ChainStretch]()
+    for one in rows:
+        at = complex(*one.start)
+        if all(abs(at - complex(*other.start)) > MISSED * one.size for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _chain_rows(at: Laid, one: OwnChain, asked: Sought, number: int) -> list[ChainStretch]:
+    """Build the stretches of a mechanism of many bars."""
+    made, traced, radii = [], at.traced, np.full(len(at.circuit), np.nan)
+    if asked.curved:
+        with np.errstate(divide="ignore"):
+            radii = at.frames.extent / np.abs(traced.fit.curvature.astype(float))
+    for i, middle in enumerate(at.curve.motion.middle.tolist()):
+        radius = asked.radius or (float(radii[i]) if np.isfinite(radii[i]) else None)
+        start = complex(at.frames.start[i])
+        made.append(
+            ChainStretch.of_window(
+                one,
+                (middle + float(traced.low[i]), middle + float(traced.high[i])),
+                stroke=float(at.frames.extent[i]),
+                deviation=float(at.deviation[i]),
+                radius=radius,
+                start=[start.real, start.imag],
+                along=float(at.frames.along[i]),
+                number=number,
+            )
+        )
+    return made
+
+
+def _reason(found: Carriers, point: Complexes, number: int, asked: Sought) -> str:
     """Explain why a linkage has no stretch, with a remedy."""
     its = np.flatnonzero(found.of == number)
     some, at = found[its], point[its]
+    curved, radius = asked.curved, asked.radius
     if some.is_immobile.any():
         return IMMOBILE
-    if wide is not None:
+    if asked.wide is not None:
         return (
-            f"on no circuit does its point run forward along an arc of radius {radius:g} over {wide:g}\u00b0: ask for "
-            "another radius, or for less"
+            f"on no circuit does its point run forward along an arc of radius {radius:g} over {asked.wide:g}\u00b0: "
+            "ask for another radius, or for less"
         )
     shortest = float(Curves.of(some, at, np.arange(len(some))).shortest.min())
-    if stroke is None:
+    if asked.stroke is None:
         least = straightest(some, at, np.full(len(some), shortest), circle=curved, radius=radius)
         value = np.nanmin(least.deviation, initial=np.inf)
         better = f"allow {1.05 * value:.3g}" if value < np.inf else "ask for another kind of path"
-        return f"none longer than {shortest:.3g} keeps within {deviation:g}: {better}"
-    if stroke < shortest:
-        return f"a stroke of {stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
+        return f"none longer than {shortest:.3g} keeps within {asked.allowed:g}: {better}"
+    if asked.stroke < shortest:
+        return f"a stroke of {asked.stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
     forward = longest(some, at, np.full(len(some), np.inf), circle=curved, radius=radius)
     most = np.max(forward.stroke, initial=0.0)
     better = f"ask for {SURELY * most:.3g} or less" if most > shortest else "ask for another kind of path"
-    return f"on no circuit does its point run forward over a stroke of {stroke:g}: {better}"
+    return f"on no circuit does its point run forward over a stroke of {asked.stroke:g}: {better}"
 
 
 @dataclass(frozen=True)
@@ -303,7 +393,7 @@ class Laid(Columns):
 
     @classmethod
     def of(
-        cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None, allowed: float
+        cls, found: Carriers, point: Complexes, at: Stretches, curved: bool, radius: float | None, allowed: float
     ) -> Laid:
         """Place stretches along their nominals.
 
@@ -346,7 +436,7 @@ class Laid(Columns):
         return cls(at.circuit, low, high, *laid(*on_path(some, z, low, high, fit)), frames)
 
     @classmethod
-    def over_wide_arcs(cls, found: Circuits, point: Complexes, radius: float, angle: float, count: int) -> Laid:
+    def over_wide_arcs(cls, found: Any, point: Complexes, radius: float, angle: float, count: int) -> Laid:
         """Place stretches along arcs near a half circle or beyond."""
         which, rough = nearest_arcs(found, point, radius, angle, count)
         some, z = found[which], point[which]
@@ -370,14 +460,14 @@ class Laid(Columns):
         return Stretches(self.circuit, self.low, self.high, self.frames.extent, self.deviation, none)
 
 
-def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Floats:
+def _speed(some: Carriers, point: Complexes, s: Floats, along: Complexes) -> Floats:
     """Compute the derivative of the stroke by the phase of its end."""
     step = 1e-6
     z = some.pose(np.stack([s - step, s + step])).point(point)
     return np.asarray(np.abs(((z[1] - z[0]) * along.conj()).real) / (2 * step))
 
 
-def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
+def _best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
     """Select at most `limit` stretches of each linkage by ascending key, infinite for none.
 
     Of stretches that overlap by more than half, the better one is selected.
@@ -404,24 +494,22 @@ def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
 def _rows(
     at: Laid,
     found: Circuits,
-    tolerance: float | None,
-    radius: float | None,
-    curved: bool,
-    wide: float | None,
+    asked: Sought,
     series: Callable[[], Mapping[str, Series]] | None,
     unit: str | None,
 ) -> list[Stretch]:
     """Build the stretches in the unit and frame of the linkages."""
     n, curve, traced = len(at.circuit), at.curve, at.traced
+    tolerance, radius, curved = asked.tolerance, asked.radius, asked.curved
     if not n:
         return []
     columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), at.frames)
     nothing, blank = np.full(n, np.nan), np.full(n, "", object)
-    zone, asked = Zone(curved, 3 if curved and radius is None else 2), (tolerance or np.nan) / at.frames.extent
+    zone, limits = Zone(curved, 3 if curved and radius is None else 2), (tolerance or np.nan) / at.frames.extent
     if not curved or radius is not None:
         columns["radius"] = np.full(n, radius if curved else np.nan, float)
-    if wide is not None:
-        columns["arc_angle"] = np.full(n, wide)
+    if asked.wide is not None:
+        columns["arc_angle"] = np.full(n, asked.wide)
     first = np.searchsorted(found.of, found.of[at.circuit])
     codes, residual = _nearest(at, series)
     columns |= {
@@ -430,7 +518,7 @@ def _rows(
         "series": blank,
         "configuration": blank,
         "order": np.zeros(n),
-        "allowance": at.frames.extent * allowances(asked, curve, traced, zone) if tolerance else nothing,
+        "allowance": at.frames.extent * allowances(limits, curve, traced, zone) if tolerance else nothing,
         "asked_deviation": np.full(n, np.nan if tolerance is None else tolerance),
         "fitted": np.full(n, zone.free),
         "number": found.of[at.circuit] + 1,

@@ -27,6 +27,7 @@ from .candidate import Candidate
 from .columns import DWELL, LENGTH, STRETCH
 from .dwell_results import DwellCandidate
 from .measure import Stretch, driven
+from .own_chain import ChainStretch
 from .results import Frames, measured_columns
 
 Numbers = Mapping[str, Any]
@@ -50,6 +51,8 @@ def check(one: Any) -> None:
         ways = _of_dwell(one)
     elif isinstance(one, Candidate):
         ways = _of_candidate(one)
+    elif isinstance(one, ChainStretch):
+        ways = iter([{"deviation": one.deviation_again(), **one.over_window()}])
     wrong = []
     with np.errstate(all="ignore"):
         for found in ways:

@@ -89,6 +89,8 @@ def guide(linkage: Any, point: Any = None, *, name: str = "", unit: str | None =
     from ..kinematics.from_lengths import guide_from_lengths
 
     name = text("name", name)
+    if isinstance(linkage, Mapping) and "bars" in linkage:
+        raise InvalidRequest("a mechanism of many bars is made by catalogue.mechanism")
     if isinstance(linkage, Mapping):
         linkage = dict(linkage)
         said = linkage.pop("unit", None)

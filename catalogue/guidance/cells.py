@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kinematics.batch import Columns, Rows, join
-from ..kinematics.circuits import OPEN, Circuits
+from ..kinematics.circuits import OPEN, Carriers
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
 #: Phases at which a coupler curve is read to be cut.
@@ -82,7 +82,7 @@ class Curves(Columns):
         Lengths and diameters of the curves [length].
     """
 
-    circuits: Circuits
+    circuits: Carriers
     point: Complexes
     number: Indices
     s: Floats
@@ -94,7 +94,7 @@ class Curves(Columns):
         return len(self.point)
 
     @classmethod
-    def of(cls, circuits: Circuits, point: Complexes, number: Indices) -> Curves:
+    def of(cls, circuits: Carriers, point: Complexes, number: Indices) -> Curves:
         share = np.linspace(0, 1, PHASES + 1)[:, None]
         s = share * circuits.period
         for last in (False, True):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..kinematics.batch import Columns
-from ..kinematics.circuits import Circuits
+from ..kinematics.circuits import Carriers
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
@@ -37,14 +38,15 @@ class CircuitMotion(Columns):
     `middle`.  Arrays of shape (k,).
     """
 
-    circuits: Circuits
+    circuits: Any
     middle: Floats
     scale: Complexes
     shift: Complexes
 
     @cached_property
     def _start(self) -> Pose:
-        return self.circuits.pose(self.middle[None])
+        start: Pose = self.circuits.pose(self.middle[None])
+        return start
 
     @property
     def chart(self) -> Array:
@@ -118,7 +120,7 @@ def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
 
 
 def fitted(
-    circuits: Circuits, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
+    circuits: Carriers, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
 ) -> Fit:
     """Fit lines or circles to coupler points (k,) of circuits over windows of phases (k,).
 
@@ -154,7 +156,7 @@ def fitted(
         )
 
 
-def on_path(circuits: Circuits, point: Complexes, low: Floats, high: Floats, fit: Fit) -> tuple[CircuitCurve, Traced]:
+def on_path(circuits: Carriers, point: Complexes, low: Floats, high: Floats, fit: Fit) -> tuple[CircuitCurve, Traced]:
     """Convert fitted windows to guides at mid-stroke, in place, with their traces.
 
     They run in the direction of the path, against the phase where `low` of `Traced` is above

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..kinematics.batch import join, put
-from ..kinematics.circuits import Circuits
+from ..kinematics.circuits import Carriers
 from ..kinematics.types import Complexes, Floats, Indices
 from .cells import Curves
 from .windows import FINER, LOOSER, NODES, WIDE, Search, Stretches
@@ -78,7 +78,7 @@ EXTENSIONS = 20
 
 
 def straightest(
-    circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
+    circuits: Carriers, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
 ) -> Stretches:
     """Find the straightest stretches of coupler points (k,) on circuits (k,).
 
@@ -145,7 +145,7 @@ def _near_the_best(seek: Search, at: Stretches, by: Floats, bound: Floats, withi
 
 
 def longest(
-    circuits: Circuits,
+    circuits: Carriers,
     point: Complexes,
     deviation: Floats,
     *,

@@ -13,6 +13,7 @@ Source: Grashof 1883 for the conditions.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -27,6 +28,22 @@ from .types import Array, Floats, Indices, Mask
 NEAR_INFINITY = 0.03
 TURN, SWING, OPEN = range(3)
 COUPLER = 2
+
+
+class Carriers(Protocol):
+    """k circuits along which bodies carry points: `Circuits`, or those of chains of many bars."""
+
+    @property
+    def of(self) -> Indices: ...
+    @property
+    def kind(self) -> Array: ...
+    @property
+    def period(self) -> Floats: ...
+    @property
+    def is_immobile(self) -> Mask: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: Any, /) -> Self: ...
+    def pose(self, s: Floats) -> Pose: ...
 
 
 @dataclass(frozen=True)

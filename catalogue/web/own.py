@@ -53,6 +53,8 @@ def read(linkage: str, x: str, y: str) -> OwnGuide:
         raise InvalidRequest(f"the linkage is no JSON: {error}") from None
     if not isinstance(given, dict | list):
         raise InvalidRequest("the linkage must be pivots, [[A1, A1*], [A2, A2*]], or link lengths by their names")
+    if isinstance(given, dict) and "bars" in given:
+        raise InvalidRequest("a mechanism of many bars is not taken here yet: `catalogue show FILE --plot` draws it")
     point = (_number("x", x), _number("y", y)) if x or y else None
     if isinstance(given, list) and point is None:
         raise InvalidRequest("say where the guided point is: x and y")

@@ -102,7 +102,7 @@ def test_a_reference_pose_that_says_no_branch_is_refused(joints: dict[str, compl
         Chain.of(Structure.of(FOUR_BAR, drive="crank"), joints)
 
 
-@pytest.mark.parametrize("module", ["chain", "circuits", "poses", "rates", "structure"])
+@pytest.mark.parametrize("module", ["chain", "circuits", "given", "poses", "rates", "structure"])
 def test_the_examples_print_what_they_show(module: str) -> None:
     done = doctest.testmod(importlib.import_module(f"catalogue.chains.{module}"))
     assert done.attempted

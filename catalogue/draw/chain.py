@@ -1,0 +1,189 @@
+"""The drawing of a mechanism of many bars: bars, joints, slides, wheels and the guided path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..chains.poses import Poses
+from ..chains.structure import Gear
+from ..kinematics.types import Complexes, Floats
+from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH, SANS, SERIF, blank, kind_of, literal, write
+from .symbols import Pen
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..find.own_chain import OwnChain
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Layout of the drawing [in].
+
+    Attributes
+    ----------
+    width, margin, title : float
+        Of the sheet, about the drawing, of its title.
+    low, high : float
+        Heights between which the sheet is.
+    positions : int
+        Positions of a motion at which the run of a slide is taken.
+    """
+
+    width: float = 8.0
+    margin: float = 0.8
+    title: float = 0.9
+    low: float = 2.5
+    high: float = 8.0
+    positions: int = 65
+
+
+PAGE = Layout()
+
+
+def draw_chain(one: OwnChain, file: str | Path | None = None) -> Figure:
+    """Draw a mechanism in its given pose, or a stretch in mid-stroke with ghosts.
+
+    Parameters
+    ----------
+    one : OwnChain
+    file : path, optional
+        PNG, SVG or PDF by suffix.
+    """
+    kind = None if file is None else kind_of(file)
+    path, middle, ghosts = one.drawn()
+    structure, found = one.chain.structure, one.circuit
+    z = found.pose(path[:, None]).point(np.array([one.guided_point]))[:, 0]
+    at = found.poses(np.append(middle, ghosts)[:, None])
+    shown = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
+    wheels = [circle for gear in structure.gears for circle in pitch_circles(one, gear, shown[:, 0])]
+    rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
+    every = np.concatenate([z, shown.ravel(), rims])
+    low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
+    inner = PAGE.width - 2 * PAGE.margin
+    inch = max((high - low).real / inner, (high - low).imag / (PAGE.high - PAGE.title - PAGE.margin))
+    height = max(PAGE.low, (high - low).imag / inch + PAGE.title + PAGE.margin)
+    figure = blank(PAGE.width, height)
+    _title(figure, one, height)
+    axes = figure.add_axes((0, 0, 1, (height - PAGE.title + 0.5 * PAGE.margin) / height), gid="mechanism")
+    axes.set_axis_off()
+    centre = 0.5 * (low + high)
+    half = 0.5 * (height - PAGE.title + 0.5 * PAGE.margin) * inch
+    axes.set_xlim(centre.real - 0.5 * PAGE.width * inch, centre.real + 0.5 * PAGE.width * inch)
+    axes.set_ylim(centre.imag - half, centre.imag + half)
+    axes.set_aspect("equal")
+    pen = Pen(axes, inch / 72)
+    pen.line(z, "path", color=PATH, linewidth=1.8, zorder=7)
+    for ghost in range(1, 1 + len(ghosts)):
+        _bars(pen, one, at, shown[:, ghost], ghost, f"ghost-{ghost}-", ghost=True)
+    _wheels(pen, one, shown[:, 0])
+    _bars(pen, one, at, shown[:, 0], 0, "")
+    _joints(pen, one, shown[:, 0])
+    literal(figure)
+    if file is not None and kind is not None:
+        write(figure, Path(file), kind)
+    return figure
+
+
+def _title(figure: Figure, one: OwnChain, height: float) -> None:
+    facts = [*one.facts, f"lengths in {one.unit}" if one.unit else ""]
+    figure.text(PAGE.margin / PAGE.width, 1 - 0.4 / height, one.name or "Mechanism", family=SERIF, size=15, color=INK)
+    figure.text(
+        PAGE.margin / PAGE.width, 1 - 0.65 / height, "; ".join(filter(None, facts)), family=SANS, size=8, color=GREY
+    )
+
+
+def _bars(pen: Pen, one: OwnChain, at: Poses, z: Complexes, pose: int, prefix: str, *, ghost: bool = False) -> None:
+    """Draw the moving bars in one pose."""
+    structure = one.chain.structure
+    for number, (name, joints) in enumerate(structure.bars):
+        if number == structure.frame:
+            continue
+        colour = DRIVER if name == one.drive else COUPLER if one.point in joints else CRANK
+        corners = z[[structure.joints.index(joint) for joint in joints]]
+        if len(corners) > 1:
+            pen.link(corners, f"{prefix}{name}", colour, ghost=ghost, zorder=1 if ghost else 4)
+    for number, slide in enumerate(structure.slides):
+        rail, slider = structure.number(slide.first), structure.number(slide.second)
+        along = complex(at.turn[rail, pose, 0] * one.chain.u[number, 0])
+        if not ghost:
+            _rail(pen, one, at, number, along)
+        pen.block(
+            complex(at.at[slider, pose, 0]),
+            f"{prefix}block-{slide.second}",
+            along,
+            CRANK,
+            ghost=ghost,
+            zorder=1 if ghost else 5,
+        )
+
+
+def _rail(pen: Pen, one: OwnChain, shown: Poses, number: int, along: complex) -> None:
+    """Draw the line of a slide over the motion, from the joints of its bar."""
+    structure, slide = one.chain.structure, one.chain.structure.slides[number]
+    rail, slider = structure.number(slide.first), structure.number(slide.second)
+    path, _, _ = one.drawn()
+    run = [_way(one.circuit.poses(path[:: max(1, len(path) // PAGE.positions), None]), number)]
+    start = complex(shown.at[slider, 0, 0]) - along * _way(shown, number)[0]
+    if rail != structure.frame:
+        held = [j for j, bars in enumerate(structure.on) if rail in bars]
+        run.append(np.array([((shown.joint(j)[0, 0] - start) / along).real for j in held]))
+    every, spare = np.concatenate(run), 16 * pen.point
+    ends = start + along * np.array([every.min() - spare, every.max() + spare])
+    if rail == structure.frame:
+        pen.hatched(complex(ends[0]), complex(ends[1]), -1j * along, f"rail-{number}")
+    else:
+        pen.line(ends, f"rail-{number}", color=CRANK, linewidth=1.3, zorder=3.5)
+
+
+def _way(at: Poses, number: int) -> Floats:
+    """Return how far a slider has run from the given pose, (m,)."""
+    structure, slide = at.chain.structure, at.chain.structure.slides[number]
+    rail, slider = structure.number(slide.first), structure.number(slide.second)
+    start = at.point(rail, at.origin[slider])
+    return np.asarray(((at.at[slider] - start) * (at.turn[rail] * at.chain.u[number]).conj()).real[:, 0])
+
+
+def _joints(pen: Pen, one: OwnChain, z: Complexes) -> None:
+    """Draw pins, bearings and the guided point, with names."""
+    structure = one.chain.structure
+    for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
+        place = complex(z[number])
+        if structure.frame in bars and len(bars) > 1:
+            pen.ground(place, f"ground-{name}", -1j)
+        if len(bars) > 1:
+            pen.pivot(place, f"joint-{name}")
+        if name == one.point:
+            pen.dot(place, f"guided-{name}", PATH)
+    for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
+        pen.name(complex(z[number]), name, f"name-{name}", GREY if structure.frame in bars else INK)
+
+
+def _wheels(pen: Pen, one: OwnChain, z: Complexes) -> None:
+    """Draw the pitch circles of gears."""
+    structure = one.chain.structure
+    for number, gear in enumerate(structure.gears):
+        for name, centre, radius in pitch_circles(one, gear, z):
+            circle = centre + radius * np.exp(2j * np.pi * np.arange(181) / 180)
+            style: Any = {"color": CRANK, "linewidth": 1.0, "linestyle": (0, (6, 2, 1, 2)), "zorder": 2}
+            pen.line(circle, f"wheel-{number}-{name}", **style)
+
+
+def pitch_circles(one: OwnChain, gear: Gear, z: Complexes) -> list[tuple[str, complex, float]]:
+    """Return name, centre and radius of both pitch circles of a gear."""
+    structure = one.chain.structure
+    carrier, centres = structure.number(gear.carrier), []
+    if gear.ratio == 1:
+        return []
+    for name in (gear.first, gear.second):
+        wheel = structure.number(name)
+        centres.append([complex(z[j]) for j, bars in enumerate(structure.on) if {wheel, carrier} <= bars])
+    if not all(centres):
+        return []
+    apart = abs(centres[1][0] - centres[0][0])
+    second = apart / abs(gear.ratio - 1) if gear.ratio > 0 else apart / (1 - gear.ratio)
+    return [(gear.first, centres[0][0], abs(gear.ratio) * second), (gear.second, centres[1][0], second)]

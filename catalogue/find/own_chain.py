@@ -1,0 +1,486 @@
+"""Mechanisms of many bars of the user, and their stretches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, Self
+
+import numpy as np
+
+from ..chains.chain import Chain
+from ..chains.circuits import ChainCircuits, circuits
+from ..chains.given import GivenChain, read_chain
+from ..errors import InvalidRequest, quoted
+from ..given import text
+from ..guidance.circuit_curve import fitted
+from ..kinematics.circuits import OPEN
+from ..kinematics.sampling import Samples, resolved
+from ..kinematics.types import Complexes, Floats
+from ..units import factor, unit_or_none
+from .chain_motion import ChainMotion, transmission
+from .columns import CHAIN
+from .guide_motion import SAMPLES, sampled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .measure import Measured
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Grids on which mechanisms are measured.
+
+    Attributes
+    ----------
+    positions : int
+        Positions of a stretch at which size and transmission angle are taken.
+    directions : int
+        Directions in which outermost places are sought: of all within 1e-5 of the diameter.
+    least : float
+        Smallest extent of a joint's path for relative errors [size of the chain].
+    """
+
+    positions: int = 129
+    directions: int = 360
+    least: float = 1e-3
+
+
+GRID = Grid()
+
+
+@dataclass(frozen=True)
+class OwnChain:
+    """A mechanism of many bars of your own with its guided point; made by `catalogue.mechanism`.
+
+    Attributes
+    ----------
+    joints : dict of str to [x, y]
+        Positions in the given pose [length].
+    bars : dict of str to list of str
+        Joints on each bar; one bar is the `frame`.
+    drive, point : str
+        Driving bar; guided joint.
+    slides, gears, parallel : list
+        See `catalogue.chains.given`.
+    name : str
+    unit : str or None
+        Unit of all lengths: mm, cm, m, in or ft; None if unknown.
+
+    Examples
+    --------
+    >>> from catalogue import mechanism
+    >>> bars = {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"}
+    >>> joints = {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]}
+    >>> chebyshev = mechanism({"joints": joints, "bars": bars, "drive": "crank", "point": "P"})
+    >>> best = chebyshev.measure(stroke=3)[0]
+    >>> round(best.deviation, 4)
+    0.0048
+    """
+
+    joints: dict[str, list[float]]
+    bars: dict[str, list[str]]
+    drive: str
+    point: str
+    slides: list[Any] = field(default_factory=list)
+    gears: list[Any] = field(default_factory=list)
+    parallel: list[Any] = field(default_factory=list)
+    name: str = ""
+    unit: str | None = None
+
+    def __hash__(self) -> int:
+        return hash(tuple(map(tuple, self.joints.values())))
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any], *, name: str = "", unit: str | None = None) -> OwnChain:
+        """Make a mechanism of plain data; see `catalogue.mechanism`.
+
+        Parameters
+        ----------
+        given : mapping
+        name : str
+        unit : str, optional
+        """
+        given = {**given, **({"name": name} if name else {}), **({"unit": unit} if unit else {})}
+        read = read_chain(given)
+        held = dict(zip(read.chain.structure.joints, read.chain.z[:, 0].tolist(), strict=True))
+        return cls(
+            {joint: [z.real, z.imag] for joint, z in held.items()},
+            {bar: [*joints] for bar, joints in given["bars"].items()},
+            given["drive"],
+            given["point"],
+            [dict(one) for one in given.get("slides", ())],
+            [{**one, "wheels": [*one["wheels"]]} for one in given.get("gears", ())],
+            [[*one] for one in given.get("parallel", ())],
+            read.name,
+            read.unit,
+        )
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Plain data of the mechanism, as `of` takes them."""
+        return {f.name: getattr(self, f.name) for f in fields(OwnChain)}
+
+    @cached_property
+    def read(self) -> GivenChain:
+        """The chain, its guided joint and its unit."""
+        return read_chain(self.given)
+
+    @property
+    def chain(self) -> Chain:
+        """The chain in the given pose."""
+        return self.read.chain
+
+    @cached_property
+    def circuit(self) -> ChainCircuits:
+        """The circuit of the given pose, as the guided point passes it."""
+        return circuits(self.chain, min(self.chain.structure.on[self.read.point]))
+
+    @property
+    def guided_point(self) -> complex:
+        """Position of the guided point in the given pose [length]."""
+        return complex(self.chain.z[self.read.point, 0])
+
+    def in_unit(self, unit: str | None) -> Self:
+        """Convert all lengths to another unit.
+
+        Parameters
+        ----------
+        unit : str or None
+            See `PlacedGuide.in_unit`.
+        """
+        if unit_or_none(unit) is None or unit == self.unit:
+            return self
+        times = float(factor(self.unit, str(unit))) if self.unit else 1.0
+        joints = {name: [times * x, times * y] for name, (x, y) in self.joints.items()}
+        lengths = {
+            f.name: times * getattr(self, f.name)
+            for f in fields(self)
+            if f.name in CHAIN and CHAIN[f.name].unit == "length" and isinstance(getattr(self, f.name), float)
+        }
+        return replace(self, joints=joints, unit=unit, **lengths)
+
+    def samples(self, low: float, high: float) -> Samples:
+        """Sample guided point, moving joints and directions of all bars.
+
+        Parameters
+        ----------
+        low, high : float
+            Phases between which [rad].
+        """
+        structure, found = self.chain.structure, self.circuit
+        moving = [j for j, bars in enumerate(structure.on) if structure.frame not in bars]
+        moving = [self.read.point, *moving]
+
+        def values(s: Floats) -> Complexes:
+            at = found.poses(s[:, None])
+            return np.stack([*(at.joint(j)[:, 0] for j in moving), *at.turn[:, :, 0]], axis=1)
+
+        scale = np.append(np.full(len(moving), np.nan), np.ones(len(structure.bars)))
+        return resolved(values, low, high, scale, GRID.least * float(self.chain.size[0]))
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Phases between which the whole motion runs."""
+        start, period = float(self.circuit.phase[0]), float(self.circuit.period[0])
+        return (0.0, period) if self.circuit.kind[0] == OPEN else (start, start + period)
+
+    def motion(
+        self, samples: int = SAMPLES, *, points: Any = None, driver: Any = None, between: Sequence[Sequence[str]] = ()
+    ) -> ChainMotion:
+        """Compute the motion over the whole circuit, from the given pose back to it.
+
+        Parameters
+        ----------
+        samples : int
+            Number of positions, 2 to 1,000,000.
+        points, driver
+            Are refused: the mechanism itself states them.
+        between : sequence of (str, str)
+            Pairs of joints whose distances, and the ratios of these to the drive, are wanted.
+
+        Returns
+        -------
+        ChainMotion
+
+        Raises
+        ------
+        InvalidRequest
+            If a joint or the number of samples is invalid, or points or a driver are given.
+        """
+        self._refuse_points(points, driver)
+        sampled(samples)
+        run = self.samples(*self.range)
+        return ChainMotion.of(self, run.rows(np.linspace(0, 1, samples)), between)
+
+    def _refuse_points(self, points: Any, driver: Any) -> None:
+        if points:
+            raise InvalidRequest("a further point of a mechanism of many bars is a joint on one bar: name it there")
+        if driver is not None:
+            raise InvalidRequest("the drive of a mechanism of many bars is stated in it: name another bar there")
+
+    def measure(self, **asked: Any) -> Measured:
+        """Find the straightest, or most circular, stretches.
+
+        Parameters
+        ----------
+        **asked
+            Arguments of `catalogue.measure`.
+        """
+        from .measure import measure
+
+        return measure(self, **asked)
+
+    def plot(self, file: str | Path | None = None, *, moving: bool = False, unit: str | None = None) -> Figure:
+        """Draw the mechanism with the path of its guided point.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG or PDF by suffix.
+        moving : bool
+            Is refused: only planar guides of two dyads are animated yet.
+        unit : str, optional
+            Unit to convert to.
+
+        Raises
+        ------
+        InvalidRequest, MissingExtra
+            As `PlacedGuide.plot`.
+        """
+        if moving:
+            raise InvalidRequest("a mechanism of many bars is not animated yet: draw it without --moving")
+        from ..draw.chain import draw_chain
+
+        return draw_chain(self.in_unit(unit), file)
+
+    def drawn(self) -> tuple[Floats, float, Floats]:
+        """Return phases along the path, of the pose to draw, and of poses to draw faintly."""
+        path = self.samples(*self.range).polyline([0])
+        return path, float(self.circuit.phase[0]), np.zeros(0)
+
+    @property
+    def facts(self) -> list[str]:
+        """What a drawing says of it."""
+        return [f"{len(self.bars)} bars, {self.drive} drives, {self.point} is guided"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Convert the mechanism to plain numbers, lists and strings."""
+        return self.given
+
+    @property
+    def code(self) -> str:
+        """Code of this mechanism, by which `catalogue.recall` restores it once stored."""
+        from .answers import record, text_of
+        from .codes import code_of
+
+        return code_of(text_of(record(self)))
+
+    def improve(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
+        """Refuse, by name.
+
+        Parameters
+        ----------
+        asked, how
+            Are not looked at.
+        """
+        self._refuse_verb("improve")
+
+    def export(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
+        """Refuse, by name.
+
+        Parameters
+        ----------
+        asked, how
+            Are not looked at.
+        """
+        self._refuse_verb("export")
+
+    def sheet(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
+        """Refuse, by name.
+
+        Parameters
+        ----------
+        asked, how
+            Are not looked at.
+        """
+        self._refuse_verb("sheet")
+
+    def plot_curves(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
+        """Refuse, by name.
+
+        Parameters
+        ----------
+        asked, how
+            Are not looked at.
+        """
+        self._refuse_verb("plot_curves")
+
+    def _refuse_verb(self, verb: str) -> NoReturn:
+        raise InvalidRequest(f"{verb} is not offered for a mechanism of many bars yet: measure, trace and show are")
+
+
+@dataclass(frozen=True)
+class ChainStretch(OwnChain):
+    """A stretch of the motion of a mechanism of many bars; `joints` are in its given pose.
+
+    Attributes
+    ----------
+    stroke, deviation, size : float
+        As of a `Candidate`; the size is the diameter of all joints over the stroke [length].
+    radius : float or None
+        Radius of the fitted or given arc [length].
+    min_transmission : float
+        Least transmission angle of any dyad over the stroke [deg].
+    drive_from, drive_to : float
+        Drive at both ends of the path, from its given pose [deg]; of a slider [length].
+    start, along : list of float, float
+        Start of the path [length], and its direction from the x axis [deg].
+    number : int
+        Number of the given mechanism, from 1.
+
+    Examples
+    --------
+    >>> from catalogue import mechanism
+    >>> bars = {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"}
+    >>> joints = {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]}
+    >>> lambda_ = mechanism({"joints": joints, "bars": bars, "drive": "crank", "point": "P"})
+    >>> best = lambda_.measure(deviation=0.01)[0]
+    >>> round(best.stroke, 2), round(best.drive_to - best.drive_from)
+    (4.55, -219)
+    """
+
+    stroke: float = 0.0
+    deviation: float = 0.0
+    radius: float | None = None
+    size: float = 0.0
+    min_transmission: float = 0.0
+    drive_from: float = 0.0
+    drive_to: float = 0.0
+    start: list[float] = field(default_factory=list)
+    along: float = 0.0
+    number: int = 1
+    _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+    __hash__ = OwnChain.__hash__
+
+    @classmethod
+    def columns(cls) -> list[str]:
+        """Names of the printed fields."""
+        return [f.name for f in fields(cls) if not f.name.startswith("_")]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.columns()}
+
+    @property
+    def facts(self) -> list[str]:
+        """What a drawing says of it."""
+        measured = f"stroke {self.stroke:.6g}, deviation {self.deviation:.3g}, size {self.size:.4g}"
+        return [*super().facts, measured]
+
+    @classmethod
+    def of_window(cls, whole: OwnChain, window: tuple[float, float], **measured: Any) -> ChainStretch:
+        """Make a stretch of a mechanism.
+
+        Parameters
+        ----------
+        whole : OwnChain
+        window : (float, float)
+            Phases at the start of the path and at its end [rad].
+        **measured
+            Further fields.
+        """
+        bare = cls(**whole.given, **measured, _window=window)
+        bare.__dict__.update({name: whole.__dict__[name] for name in ("read", "circuit") if name in whole.__dict__})
+        return replace(bare, **bare.over_window())
+
+    def over_window(self) -> dict[str, Any]:
+        """Measure size, transmission angle and drive over the stretch."""
+        found, structure = self.circuit, self.chain.structure
+        at = found.poses(np.linspace(*self._window, GRID.positions)[:, None])
+        places = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
+        ends = at.drive[[0, -1], 0] if structure.is_pushed else np.degrees(at.drive[[0, -1], 0])
+        return {
+            "size": diameter(places.ravel()),
+            "min_transmission": float(transmission(at).min()),
+            "drive_from": float(ends[0]),
+            "drive_to": float(ends[1]),
+        }
+
+    def deviation_again(self) -> float:
+        """Measure the deviation from the minimum zone over the stretch, on a grid of its own."""
+        found, at = self.circuit, np.array([self.guided_point])
+        low, high = (np.array([end]) for end in sorted(self._window))
+        return float(fitted(found, at, low, high, circle=self.radius is not None, radius=self.radius).deviation[0])
+
+    def motion(
+        self, samples: int = SAMPLES, *, points: Any = None, driver: Any = None, between: Any = (), whole: bool = False
+    ) -> ChainMotion:
+        """Compute the motion over the stroke, or over the whole circuit.
+
+        Parameters
+        ----------
+        samples, points, driver, between
+            As of `OwnChain.motion`.
+        whole : bool
+            Cover the whole circuit.
+        """
+        if whole:
+            return super().motion(samples, points=points, driver=driver, between=between)
+        self._refuse_points(points, driver)
+        sampled(samples)
+        return ChainMotion.of(self, self.samples(*self._window).rows(np.linspace(0, 1, samples)), between)
+
+    def drawn(self) -> tuple[Floats, float, Floats]:
+        """Return phases along the path, of the pose to draw, and of poses to draw faintly."""
+        return self.samples(*self._window).polyline([0]), float(np.mean(self._window)), np.array(self._window)
+
+
+def diameter(z: Complexes) -> float:
+    """Return the largest distance between places (k,), by those farthest out in many directions."""
+    ways = np.exp(1j * np.pi * np.arange(GRID.directions) / GRID.directions)
+    along = (z[:, None] * ways.conj()).real
+    outer = np.unique(np.concatenate([along.argmax(0), along.argmin(0)]))
+    return float(np.abs(z[outer, None] - z[outer]).max())
+
+
+def mechanism(given: Mapping[str, Any], *, name: str = "", unit: str | None = None) -> OwnChain:
+    """Make a mechanism of many bars of plain data, to measure, move and draw.
+
+    Parameters
+    ----------
+    given : mapping
+        Joints, bars, drive and guided point, such as a JSON file holds; see
+        `catalogue.chains.given`.
+    name : str
+        Name of the mechanism, for drawings.
+    unit : str, optional
+        Unit of all lengths: mm, cm, m, in or ft.
+
+    Returns
+    -------
+    OwnChain
+
+    Raises
+    ------
+    InvalidLinkage, InvalidRequest
+        If a value is missing or invalid, or bars close in no group.
+
+    Examples
+    --------
+    >>> from catalogue import mechanism
+    >>> cardan = {
+    ...     "joints": {"O": [0, 0], "A": [1, 0], "P": [2, 0]},
+    ...     "bars": {"frame": ["O"], "arm": ["O", "A"], "planet": ["A", "P"]},
+    ...     "gears": [{"wheels": ["frame", "planet"], "carrier": "arm", "ratio": 2}],
+    ...     "drive": "arm",
+    ...     "point": "P",
+    ... }
+    >>> mechanism(cardan, name="Cardan gears").measure(stroke=3)[0].deviation < 1e-15
+    True
+    """
+    if not isinstance(given, Mapping):
+        raise InvalidRequest(f"a mechanism of many bars is a mapping, not {quoted(given)}")
+    return OwnChain.of(given, name=text("name", name), unit=unit)
