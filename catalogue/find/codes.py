@@ -114,6 +114,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
                     f"{path} is a database, but not one of answers: name another file with CATALOGUE_ANSWERS"
                 )
             if write:
+                _make_private(path)
                 _prepare(file)
             yield file
     except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # the last from damaged table names
@@ -137,6 +138,18 @@ def _is_of_answers(file: sqlite3.Connection) -> bool:
     columns = [name for _, name, *_ in file.execute("PRAGMA table_info(answer)")]
     older = tables == {"answer", "sqlite_sequence"} and columns == _COLUMNS
     return mark == APPLICATION_ID or (mark == version == 0 and (not tables or older))
+
+
+def _make_private(path: Path) -> None:
+    """Make the user's file of answers private, with its log and its index.
+
+    Earlier versions left them as the umask said.
+    """
+    for part in (path, *(path.with_name(path.name + suffix) for suffix in ("-wal", "-shm"))):
+        with suppress(OSError):
+            found = part.stat()
+            if found.st_mode & 0o077 and found.st_uid == getattr(os, "getuid", lambda: None)():
+                part.chmod(0o600)
 
 
 def _prepare(file: sqlite3.Connection) -> None:

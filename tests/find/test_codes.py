@@ -106,6 +106,31 @@ def test_the_file_is_private_whatever_the_umask(file: Path, umask: int) -> None:
     assert {*modes.values()} == {0o600}
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows knows no such modes")
+def test_a_file_that_others_could_read_is_made_private(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of an earlier version, with its log; not before it is written, and none of another program."""
+    codes.keep(["{}"])
+    with codes._opened(write=False) as opened:
+        assert opened is not None
+        opened.execute("SELECT record FROM answer").fetchall()
+        parts = [*file.parent.iterdir()]
+        for part in parts:
+            part.chmod(0o644)
+        codes.kept(NO_CODE)
+        assert {stat.S_IMODE(part.stat().st_mode) for part in parts} == {0o644}
+        codes.keep(['{"other": 1}'])
+        assert len(parts) == 3
+        assert {stat.S_IMODE(part.stat().st_mode) for part in parts} == {0o600}
+    foreign = file.with_name("foreign.db")
+    with closing(sqlite3.connect(foreign)) as made:
+        made.execute("CREATE TABLE theirs (x)")
+    foreign.chmod(0o644)
+    monkeypatch.setenv("CATALOGUE_ANSWERS", str(foreign))
+    with pytest.raises(InvalidRequest, match="not one of answers"):
+        codes.keep(["{}"])
+    assert stat.S_IMODE(foreign.stat().st_mode) == 0o644
+
+
 def test_any_damage_is_one_line_that_says_what_to_do(file: Path) -> None:
     """Bytes of the head and of the table are changed at random: some damage is harmless, none is a traceback."""
     kept = codes.keep([f'{{"record": {k}}}' for k in range(40)])
