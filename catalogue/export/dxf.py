@@ -1,15 +1,22 @@
 """A guide as a DXF drawing: linkage in the given position, path, dimensions, parts to cut.
 
-==============
-================================================================================================
-layer           what lies on it ==============
-================================================================================================
-``FRAME``       the frame with the slots of sliders ``LINKS``       cranks, blocks and the coupler
-with the slots of slides ``PIVOTS``      holes of pivots and guided point, as circles ``PATH``
-the path of the guided point over the stroke, as a spline ``DIMENSIONS``  lengths of the links
-``NAMES``       names of pivots and parts ``CUT``         outlines, slots and holes of all parts,
-laid out beside the linkage; nothing is added for the tool ==============
-================================================================================================
+Layers:
+
+``FRAME``
+    the frame with the slots of sliders
+``LINKS``
+    cranks, blocks and the coupler with the slots of slides
+``PIVOTS``
+    holes of pivots and guided point, as circles
+``PATH``
+    the path of the guided point over the stroke, as a spline
+``DIMENSIONS``
+    lengths of the links
+``NAMES``
+    names of pivots and parts
+``CUT``
+    outlines, slots and holes of all parts, laid out beside the linkage; nothing is added for the
+    tool
 
 Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its
 pose.  The header names the unit; that of a guide without one is taken as millimetres, as the custom
@@ -24,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import MissingExtra
+from ..errors import InvalidRequest, MissingExtra
 from ..kinematics.splines import cubic
 from .levels import POSES, Levels, stacked
 from .links import GUIDED, SAME, Links, placed_over, spans, taken_apart
@@ -58,6 +65,13 @@ def written_dxf(guide: PlacedGuide, options: Options) -> str:
     except ImportError as error:
         raise MissingExtra('DXF needs ezdxf: pip install "mechanism-catalogue[cad]"') from error
     links = taken_apart(guide)
+    # axes of ellipses below 1e-12 are none to ezdxf, and squares of its zoom overflow
+    smallest, largest = 1e-9, 1e60
+    if not smallest <= links.size <= largest:
+        raise InvalidRequest(
+            f"a DXF holds linkages of {smallest:g} to {largest:g} {options.written}, not of {links.size:.3g}: "
+            "choose another unit"
+        )
     cut = parts(links, Sizes.of(links, options.bar_width, options.hole))
     fixed = settings.write_fixed_meta_data_for_testing
     settings.write_fixed_meta_data_for_testing = True  # no time of day, no random number

@@ -154,8 +154,8 @@ def _cross(a: Complexes, b: Complexes) -> Mask:
     (start, way), (other, along) = _sides(a), _sides(b)
 
     def sides_of(line: Complexes, vector: Complexes, first: Complexes, ends: Complexes) -> Mask:
-        left = ((first - line) * vector.conj()).imag
-        return np.asarray(left * ((first + ends - line) * vector.conj()).imag < 0)
+        left, right = (np.sign(((z - line) * vector.conj()).imag) for z in (first, first + ends))
+        return np.asarray(left * right < 0)
 
     one = sides_of(start[:, :, None], way[:, :, None], other[:, None], along[:, None])
     two = sides_of(other[:, None], along[:, None], start[:, :, None], way[:, :, None])

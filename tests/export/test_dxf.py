@@ -300,6 +300,16 @@ def test_what_cannot_be_cut_is_refused(six: Six, options: dict[str, Any], messag
         text(six["four-bar"], **options)
 
 
+@pytest.mark.parametrize("size", [1e-151, 1e-13, 1e70, 1e149])
+def test_a_size_that_no_drawing_holds_is_refused(size: float) -> None:
+    links = {"ground": 2.2, "crank": 1, "coupler": 2.5, "rocker": 2.5, "along": 1.25, "across": 0.8}
+    guide = catalogue.guide({name: size * length for name, length in links.items()})
+    with pytest.raises(InvalidRequest, match=r"^a DXF holds linkages of 1e-09 to 1e\+60 mm, not of .*another unit$"):
+        guide.export(format="dxf")
+    for format in ("freecad", "json", "csv", "solidworks", "fusion"):
+        assert guide.export(format=format)
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -138,3 +138,13 @@ def test_the_files_tell_the_levels(six: dict[str, catalogue.Stretch]) -> None:
             assert name in line.partition(": ")[2].split(", ")
         top = max(row[0] for row in told.values()) + 1
         assert f"vector(x, y, {top} * THICKNESS)" in macro
+
+
+@pytest.mark.parametrize("name", CRANK_ROCKERS)
+@pytest.mark.parametrize("size", [1e-153, 1e-100, 1e100, 1e149])
+def test_levels_are_those_of_the_shape_at_any_size(name: str, size: float) -> None:
+    """The product of two areas overflows above 1e77, and vanishes below 1e-81."""
+    links = CRANK_ROCKERS[name]
+    lengths = {key: value if key == "branch" else size * value for key, value in links.items()}
+    told, large = links_of(catalogue.guide(links)), links_of(catalogue.guide(lengths))
+    assert {key: row[0] for key, row in large.items()} == {key: row[0] for key, row in told.items()}
