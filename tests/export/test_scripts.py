@@ -17,6 +17,8 @@ import pytest
 
 import catalogue
 from catalogue.errors import InvalidRequest
+from tests.export.conftest import LINKS
+from tests.export.test_levels import CARRIED, positions
 
 FAMILIES = ("four-bar", "slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
 Six = dict[str, catalogue.Stretch]
@@ -45,27 +47,50 @@ def test_the_macro_is_plain_python(six: Six, family: str) -> None:
         assert min(abs(z - hole) for holes in placed.values() for hole in holes) <= 1e-9 * six[family].size
 
 
+def freecad(macro: Path, check: str) -> list[list[str]]:
+    """Run a macro and then a check in FreeCAD; return what the check prints after RESULT, parted by bars."""
+    command = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
+    if command is None:
+        pytest.skip("freecadcmd is not installed: it comes with the system's packages")
+    script = macro.with_name("check.py")
+    begin = f"exec(compile(open({str(macro)!r}, encoding='utf-8').read(), 'macro', 'exec'))\n"
+    script.write_text(begin + check, "utf-8")
+    done = subprocess.run([command, str(script)], capture_output=True, text=True, timeout=300, check=False)
+    told = [text.split("|")[1:] for text in re.findall(r"RESULT.*", done.stdout)]
+    assert told, done.stdout + done.stderr
+    return told
+
+
 CHECK = """
-exec(compile(open({macro!r}, encoding="utf-8").read(), "macro", "exec"))
 for one in document.Objects:
     if hasattr(one, "Shape"):
         print("RESULT", one.Label, one.Shape.isValid(), one.Shape.Volume, one.Placement.Base.x, sep="|")
 print("RESULT", "sheet", sheet.get("crank_1").Value, sep="|")
+"""
+#: Moves all solids through poses `TURNS`, of x, y and angle for each link, and tells of those that overlap, and how
+#: long the path is.
+MOVE = """
+solids = {one.Label: one for one in document.Objects if hasattr(one, "Shape") and one.Shape.Solids}
+first = {name: one.Placement for name, one in solids.items()}
+for number, pose in enumerate(TURNS):
+    for name, (x, y, angle) in pose.items():
+        solids[name].Placement = Placement(vector(x, y), Rotation(Vector(0, 0, 1), angle)).multiply(first[name])
+    for name, one in solids.items():
+        for other in [*solids][:[*solids].index(name)]:
+            if one.Shape.common(solids[other].Shape).Volume > 1e-6 * one.Shape.Volume:
+                print("RESULT", "overlap", number, name, other, sep="|")
+ends = [vertex.Point for vertex in path.Shape.Vertexes]
+print("RESULT", "solids", len(solids), len(TURNS), sep="|")
+print("RESULT", "chord", (ends[-1] - ends[0]).Length, sep="|")
 """
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("unit", "millimetres"), [("mm", 1.0), ("in", 25.4)])
 def test_freecad_makes_the_bars(six: Six, tmp_path: Path, unit: str, millimetres: float) -> None:
-    command = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
-    if command is None:
-        pytest.skip("freecadcmd is not installed: it comes with the system's packages")
-    guide, macro, check = six["four-bar"], tmp_path / "guide.FCMacro", tmp_path / "check.py"
+    guide, macro = six["four-bar"], tmp_path / "guide.FCMacro"
     guide.export(macro, unit=unit, bar_width=20, hole=8)
-    check.write_text(CHECK.format(macro=str(macro)), "utf-8")
-    done = subprocess.run([command, str(check)], capture_output=True, text=True, timeout=300, check=False)
-    told = {line[1]: line[2:] for line in (text.split("|") for text in re.findall(r"RESULT.*", done.stdout))}
-    assert told, done.stdout + done.stderr
+    told = {line[0]: line[1:] for line in freecad(macro, CHECK)}
     length = guide.lengths["crank 1"]
     area = 20 * length + math.pi * 100 - 2 * math.pi * 16
     assert told["crank 1"][0] == "True"
@@ -73,6 +98,41 @@ def test_freecad_makes_the_bars(six: Six, tmp_path: Path, unit: str, millimetres
     assert float(told["crank 1"][2]) == pytest.approx(guide.pivots[0][0][0] * millimetres, abs=1e-9)
     assert float(told["sheet"][0]) == pytest.approx(length * millimetres, rel=1e-12)
     assert {"frame", "crank 2", "coupler", "path"} < {*told}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_fourteen_inches_are_355_6_mm_in_freecad_and_no_solids_overlap(tmp_path: Path, family: str) -> None:
+    links = {name: value if name == "between" else value * 14 / 60 for name, value in LINKS[family].items()}
+    (guide,) = catalogue.guide(links, unit="in").measure(stroke=14, limit=1)
+    ends = [complex(*place) for place in (guide.path()[0], guide.path()[-1])]
+    for unit in (None, "mm"):
+        guide.export(macro := tmp_path / "guide.FCMacro", unit=unit)
+        told = freecad(macro, "TURNS = [{}]" + MOVE)
+        (chord,) = [float(line[1]) for line in told if line[0] == "chord"]
+        assert chord == pytest.approx(25.4 * abs(ends[1] - ends[0]), rel=1e-9)
+        assert chord == pytest.approx(355.6, rel=0.01)
+        assert [line for line in told if line[0] == "overlap"] == []
+
+
+@pytest.mark.slow
+def test_no_solids_of_a_dwell_overlap_in_freecad_over_the_turn(small: catalogue.Catalogue, tmp_path: Path) -> None:
+    (one,) = small.find_dwells(catalogue.StandStill(60, 1.0, 20), families=["four-bar"], limit=1)
+    one.export(macro := tmp_path / "dwell.FCMacro", unit="mm")
+    over = positions(one)[::3]
+    poses = []
+    for at in over:
+        pose = {}
+        for name, (a, b) in CARRIED.items():
+            if a not in at or b not in at:
+                continue
+            turn = (at[b] - at[a]) / (over[0][b] - over[0][a])
+            moved = at[a] - turn * over[0][a]
+            pose[name] = (moved.real, moved.imag, math.degrees(math.atan2(turn.imag, turn.real)))
+        poses.append(pose)
+    told = freecad(macro, f"TURNS = {poses!r}" + MOVE)
+    assert ["solids", "6", "24"] in told
+    assert [line for line in told if line[0] == "overlap"] == []
 
 
 def run(text: str, folder: Path) -> subprocess.CompletedProcess[str]:

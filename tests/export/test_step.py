@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,30 @@ def test_every_pivot_is_the_axis_of_a_hole(six: Six, tmp_path: Path, family: str
     pivots = [complex(x, y) for dyad in guide.pivots for x, y, w in dyad if w]
     for z in (*pivots, complex(*guide.guided)):
         assert min(abs(10 * z - axis) for axis in axes) <= 1e-9 * 10 * guide.size
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("unit", [None, "mm", "m"])
+def test_fourteen_inches_are_355_6_millimetres(tmp_path: Path, unit: str | None) -> None:
+    links = {"ground": 22, "crank": 10, "coupler": 25, "rocker": 25, "along": 12.5, "across": 8, "unit": "in"}
+    (guide,) = catalogue.guide(links).measure(stroke=14, limit=1)
+    (edge,) = read(guide, tmp_path / "guide.step", unit=unit)["path"].edges()
+    ends = [complex(*tuple(edge @ at)[:2]) for at in (0, 1)]
+    true = [complex(*place) for place in (guide.path()[0], guide.path()[-1])]
+    assert abs(ends[1] - ends[0]) == pytest.approx(25.4 * abs(true[1] - true[0]), rel=1e-9)
+    assert abs(ends[1] - ends[0]) == pytest.approx(355.6, rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_no_two_solids_overlap(six: Six, tmp_path: Path, family: str) -> None:
+    solids = [shape for shape in read(six[family], tmp_path / "guide.step").values() if shape.solids()]
+    assert len(solids) > 2
+    for one, other in combinations(solids, 2):
+        common = one.intersect(other)
+        assert (
+            sum(part.volume for part in ([common] if hasattr(common, "volume") else common or [])) < 1e-6 * one.volume
+        )
 
 
 def test_without_its_kernel_the_line_says_what_to_install(
