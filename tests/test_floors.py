@@ -14,7 +14,7 @@ ROOT = Path(catalogue.__file__).parent
 #: From the bottom to the top.  A room is a package, or a module at the top level of the core.
 FLOORS = (
     ("errors", "interrupt", "markup"),
-    ("folders", "foreign_code", "given", "html_table", "installed", "progress", "units"),
+    ("folders", "foreign_code", "given", "html_table", "installed", "progress", "threads", "units"),
     ("kinematics", "paper"),
     ("chains", "curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),

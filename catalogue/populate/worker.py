@@ -14,6 +14,8 @@ import signal
 import sys
 import threading
 import warnings
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, BinaryIO
@@ -38,12 +40,17 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the calling process, which then closes the pipe
     warnings.simplefilter("ignore")  # the calling process has said it already
     tasks: SimpleQueue[Any] = SimpleQueue()
-    threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
+    following = tasks.get
+    try:
+        threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
+    except RuntimeError:  # a full process table: a pipe that closes is seen after the block
+        following = partial(_read, source)
     registry, process = Registry(sys.argv[1:]), os.getpid()
     with Path(os.devnull).open("w") as nowhere:
         while True:
-            code, *rest = tasks.get()
-            faulthandler.dump_traceback_later(LIMIT + GRACE, exit=True, file=nowhere)
+            code, *rest = following()
+            with suppress(RuntimeError):
+                faulthandler.dump_traceback_later(LIMIT + GRACE, exit=True, file=nowhere)
             answer = _answer(registry, code, *rest)
             if os.getpid() != process:  # a plugin has forked it
                 os._exit(0)
@@ -60,6 +67,14 @@ def _answer(registry: Registry, code: str, *rest: Any) -> Block | PluginError:
         return WorkerKilled(one_line(error))
     except BaseException as error:
         return PluginError(one_line(error))
+
+
+def _read(source: BinaryIO) -> Any:
+    """Read the next task; end this process where there is none."""
+    try:
+        return pickle.load(source)  # nosec B301  # what the process that started this one sends
+    except (EOFError, OSError, pickle.UnpicklingError):
+        os._exit(0)
 
 
 def _listen(source: BinaryIO, tasks: SimpleQueue[Any]) -> None:

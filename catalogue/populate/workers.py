@@ -3,7 +3,8 @@
 They are started as ``python -m catalogue.populate.worker`` and talk over their pipes: unlike the
 standard pools they do not import the caller's main module, so that a script needs no guard and a
 notebook works.  They end when their pipe closes, also when this process is killed.  What a plugin
-does to one is said; what the system kills is tried again.
+does to one is said; what the system kills is tried again.  Where no process can be started, in a
+browser or with a full process table, blocks are made one after the other in this one.
 """
 
 from __future__ import annotations
@@ -15,13 +16,16 @@ import subprocess  # nosec B404  # this Python, with this package
 import sys
 import threading
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from ..errors import PluginError, WorkerKilled
-from .block import LIMIT, Block
+from ..foreign_code import foreign
+from ..plugin.registry import Registry
+from ..threads import Threads
+from .block import LIMIT, Block, block
 
 #: How long a process that closed its pipe may take to end [s].
 GRACE = 5.0
@@ -37,9 +41,10 @@ class Workers:
     def __init__(self, count: int, folders: Sequence[str] = ()) -> None:
         self.count = count
         self._folders = tuple(folders)
-        self._threads = ThreadPoolExecutor(count)
+        self._threads = Threads(count)
         self._local = threading.local()
         self._processes: list[subprocess.Popen[bytes]] = []
+        self._registry: Registry | None = None
         self._over = False
 
     def submit(self, *task: Any) -> Future[Block]:
@@ -55,7 +60,8 @@ class Workers:
             remedy = "free some memory, or build with fewer --processes"
             raise WorkerKilled(f"{error}, {TRIES} times: {remedy}, and run `catalogue build` again") from error
 
-    def _process(self) -> subprocess.Popen[bytes]:
+    def _process(self) -> subprocess.Popen[bytes] | None:
+        """Return the process of this thread; None where none can be started."""
         process: subprocess.Popen[bytes] | None = getattr(self._local, "process", None)
         if process is None:
             # each process computes on one core: several threads of linear algebra would only get in
@@ -72,8 +78,8 @@ class Workers:
                     env={**os.environ, **single, "PYTHONPATH": path},
                     start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
                 )
-            except OSError as error:
-                raise WorkerKilled(f"no process can be started ({error.strerror})") from error
+            except OSError:
+                return None
             self._processes.append(process)
             if self._over:
                 _kill(process)
@@ -81,6 +87,8 @@ class Workers:
 
     def _made(self, task: tuple[Any, ...]) -> Block:
         process, late = self._process(), threading.Event()
+        if process is None:
+            return self._made_here(*task)
 
         def end() -> None:
             late.set()
@@ -91,7 +99,8 @@ class Workers:
         assert process.stdin is not None  # both are pipes
         assert process.stdout is not None
         try:
-            alarm.start()
+            with suppress(RuntimeError):  # without threads the process watches itself
+                alarm.start()
             pickle.dump(task, process.stdin)
             process.stdin.flush()
             answer: Block | PluginError = pickle.load(process.stdout)  # nosec B301
@@ -106,6 +115,13 @@ class Workers:
         if isinstance(answer, PluginError):
             raise answer
         return answer
+
+    def _made_here(self, code: str, *rest: Any) -> Block:
+        """Make a block in this process."""
+        if self._registry is None:
+            self._registry = Registry(self._folders)
+        with foreign(f"series {code}"):
+            return block(self._registry.get(code), *rest)
 
     def __enter__(self) -> Workers:
         return self

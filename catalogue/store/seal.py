@@ -58,7 +58,10 @@ def digest_now(connection: sqlite3.Connection, path: Path) -> int:
     if path.stat().st_size <= LARGE or mode == "wal":  # what is in a log is not yet in the file
         return digest([connection.serialize()])
     command = [sys.executable, "-I", __file__, str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # nosec B603  # this Python, our file
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)  # nosec B603  # this Python, our file
+    except OSError:  # no process can be started: it is read into memory
+        return digest([connection.serialize()])
     if done.returncode:
         raise sqlite3.OperationalError((done.stderr.strip().splitlines() or ["its digest cannot be told"])[-1])
     return int(done.stdout)

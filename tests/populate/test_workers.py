@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+import pickle
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import catalogue
@@ -116,6 +118,56 @@ def test_leaving_the_pool_ends_its_processes(
         raise KeyboardInterrupt
     all_gone(1)
     assert futures[-1].cancelled()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processes", [True, False])
+def test_without_threads_blocks_are_made_one_after_the_other(
+    rude: Registry, monkeypatch: pytest.MonkeyPatch, processes: bool
+) -> None:
+    """Also where no process starts, as in a browser: then in this one, which what a plugin raises does not end."""
+    with Workers(2, rude.folders) as pool:
+        expected = pool.submit(*GOOD).result()
+
+    def no_thread(_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    def no_process(*_: object, **__: object) -> None:
+        raise BlockingIOError(11, "Resource temporarily unavailable")
+
+    monkeypatch.setattr("threading.Thread.start", no_thread)
+    if not processes:
+        monkeypatch.setattr("subprocess.Popen", no_process)
+    with Workers(2, rude.folders) as pool:
+        asked = [pool.submit(*GOOD), pool.submit(*bad("R.raises")), pool.submit(*GOOD)]
+        assert all(future.done() for future in asked)
+        for future in asked[::2]:
+            made = future.result()
+            for name in ("batch", "mechanisms", "guides", "reaches"):
+                columns, others = getattr(made, name), getattr(expected, name)
+                assert columns.keys() == others.keys()
+                for key, values in columns.items():
+                    np.testing.assert_array_equal(values, others[key], err_msg=key)
+        with pytest.raises(PluginError):
+            asked[1].result()
+
+
+@pytest.mark.slow
+def test_a_process_without_threads_makes_blocks() -> None:
+    """It reads tasks where it makes blocks, and ends when its pipe closes."""
+    code = (
+        "import threading\n"
+        "def no_thread(_): raise RuntimeError\n"
+        "threading.Thread.start = no_thread\n"
+        "from catalogue.populate.worker import main\n"
+        "main()"
+    )
+    root = str(Path(catalogue.__file__).parents[1])
+    task = pickle.dumps(("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"))
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, input=task, capture_output=True, timeout=120, check=True
+    )
+    assert pickle.loads(done.stdout).count == 8
 
 
 def test_a_process_that_makes_blocks_imports_no_database() -> None:
