@@ -24,9 +24,10 @@ from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import OPEN, Carriers, Circuits, circuits
+from ..kinematics.handedness import followed
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats, Indices
+from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.path import consistent_arc, is_wide
 from ..series.classification import classify
 from ..units import common
@@ -401,7 +402,7 @@ class Laid(Columns):
         permitted deviation are shortened.
         """
         some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
-        last = np.where(some.kind == OPEN, 2 * np.pi, np.inf)
+        forward = followed(some, z)[1] > 0  # a mirror image is extended at the image of the same end
         fit = fitted(some, z, low, high, circle=curved, radius=radius)
         for _ in range(CORRECTIONS):
             with np.errstate(all="ignore"):
@@ -411,24 +412,17 @@ class Laid(Columns):
                     missing = (
                         np.where((over > 1 + CLOSE) & (over < LITTLE), -SHORTER * (over - 1) - CLOSE, 0.0) * length
                     )
-                off = np.abs(missing) > 0.5 * CLOSE * length
-                if not off.any():
+                where = np.flatnonzero(np.abs(missing) > 0.5 * CLOSE * length)
+            # where a path turns by the permitted maximum at one end, extend it at the other one
+            for at_end in (forward, ~forward):
+                if not len(where):
                     break
-                where = np.flatnonzero(off)
-                step = missing[where] / _speed(some[where], z[where], high[where], fit.along[where])
-            later = np.clip(high[where] + step, low[where] + 0.5 * (high - low)[where], last[where])
-            new = fitted(some[where], z[where], low[where], later, circle=curved, radius=radius)
-            lost = np.isnan(new.deviation) & np.isfinite(fit.deviation[where])
-            if lost.any():  # the path turns by the permitted maximum there: extend it at its start instead
-                held = where[lost]
-                with np.errstate(all="ignore"):
-                    step = missing[held] / _speed(some[held], z[held], low[held], fit.along[held])
-                low[held] = np.where(some[held].kind == OPEN, np.maximum(low[held] - step, 0.0), low[held] - step)
-                later[lost] = high[held]
-                new = new.replaced(
-                    lost, fitted(some[held], z[held], low[held], high[held], circle=curved, radius=radius)
-                )
-            high[where], fit = later, fit.replaced(off, new)
+                here, along = some[where], fit.along[where]
+                ends = _extended(here, z[where], low[where], high[where], missing[where], at_end[where], along)
+                new = fitted(here, z[where], *ends, circle=curved, radius=radius)
+                lost = (at_end is forward) & np.isnan(new.deviation) & np.isfinite(fit.deviation[where])
+                low[where[~lost]], high[where[~lost]] = (end[~lost] for end in ends)
+                fit, where = fit.replaced(where[~lost], new[np.flatnonzero(~lost)]), where[lost]
         if not np.isfinite(allowed):  # at the end of an open circuit the stroke may be out of reach
             lost = ~(np.abs(at.stroke - fit.stroke) <= MISSED * at.stroke)
             fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))
@@ -458,6 +452,17 @@ class Laid(Columns):
     def stretches(self) -> Stretches:
         none = np.zeros((len(self.circuit), 0), int)
         return Stretches(self.circuit, self.low, self.high, self.frames.extent, self.deviation, none)
+
+
+def _extended(
+    some: Carriers, point: Complexes, low: Floats, high: Floats, by: Floats, at_end: Mask, along: Complexes
+) -> tuple[Floats, Floats]:
+    """Extend stretches (n,) at their ends or starts; return the phases of both."""
+    last, half = np.where(some.kind == OPEN, 2 * np.pi, np.inf), 0.5 * (high - low)
+    with np.errstate(all="ignore"):
+        step = by / _speed(some, point, np.where(at_end, high, low), along)
+    later, earlier = np.clip(high + step, low + half, last), np.clip(low - step, 2 * np.pi - last, high - half)
+    return np.where(at_end, low, earlier), np.where(at_end, later, high)
 
 
 def _speed(some: Carriers, point: Complexes, s: Floats, along: Complexes) -> Floats:

@@ -1,12 +1,13 @@
 """Cells of coupler curves: pieces for the begin of a window, with lower bounds of its deviation.
 
-A coupler curve is cut into pieces of equal length.  A window is no shorter than its chord, so that
-all windows that begin on one piece hold the path from the next cut on, for the stroke less one
-piece: their common core.  The narrowest strip of a window is no narrower than that of points of its
-core, and what these are off their best line in the mean square is less.  So no window is straighter
-than the bound of its cell says, and only cells whose bounds are below the best deviation that is
-known have to be looked into.  Of circles that holds to first order, and at a corner of a path
-within what its pieces are unequal.
+A coupler curve is cut into pieces of about equal length.  A window is no longer along its stroke
+than the chords of its pieces, so that all windows that begin on one piece hold the path from the
+next cut to the last one within a stroke of chords: their common core.  The narrowest strip of a
+window is no narrower than that of points of its core, and what these are off their best line in the
+mean square is less.  So no window is straighter than the bound of its cell says, and only cells
+whose bounds are below the best deviation that is known have to be looked into.  That is strict
+unless a path turns by more than a right angle on one piece at an end of a window; of circles it
+holds to first order.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 
 from ..kinematics.batch import Columns, Rows, join
 from ..kinematics.circuits import OPEN, Carriers
+from ..kinematics.handedness import followed
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
 #: Phases at which a coupler curve is read to be cut.
@@ -72,10 +74,15 @@ class Cells(Rows):
 class Curves(Columns):
     """Coupler curves of k circuits, tabulated by length.
 
+    Curves of left-handed circuits are followed as their mirror images are, so that a search finds
+    of both what the other one has.
+
     Attributes
     ----------
     number : ndarray of int, shape (k,)
         Numbers of the circuits.
+    offset, sense : ndarray, shape (k,)
+        A curve at phase s is its circuit at phase offset + sense * s; of the sense 1 or -1 [rad].
     s, run : ndarray, shape (PHASES + 1, k)
         Phases [rad], and the fraction of the length up to them.
     length, across : ndarray, shape (k,)
@@ -85,6 +92,8 @@ class Curves(Columns):
     circuits: Carriers
     point: Complexes
     number: Indices
+    offset: Floats
+    sense: Floats
     s: Floats
     run: Floats
     length: Floats
@@ -97,9 +106,10 @@ class Curves(Columns):
     def of(cls, circuits: Carriers, point: Complexes, number: Indices) -> Curves:
         share = np.linspace(0, 1, PHASES + 1)[:, None]
         s = share * circuits.period
+        offset, sense = followed(circuits, point)
         for last in (False, True):
             with np.errstate(all="ignore"):
-                z = circuits.pose(s).point(point)
+                z = circuits.pose(offset + sense * s).point(point)
                 run = np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0, prepend=z[:1]))), axis=0)
                 across = np.fmax.reduce(np.abs(z[:, None] - z[::16]), axis=(0, 1))
             length = run[-1]
@@ -108,22 +118,30 @@ class Curves(Columns):
             run /= run[-1]
             if not last:
                 s = _interpolated(share, run, s)
-        return cls(circuits, point, number, s, run, length, across)
+        return cls(circuits, point, number, offset, sense, s, run, length, across)
 
     @property
     def shortest(self) -> Floats:
         """Shortest strokes that are looked for, shape (k,) [length]."""
         return np.asarray(PIECES / MOST * self.length)
 
+    def at(self, s: Floats) -> Complexes:
+        """Compute the points at phases (m, k)."""
+        return np.asarray(self.circuits.pose(self.phase(s)).point(self.point))
+
+    def phase(self, s: Floats) -> Floats:
+        """Return the phases of the circuits at phases (..., k) of the curves."""
+        return np.asarray(self.offset + self.sense * s)
+
     def cut(self, pieces: int) -> tuple[Floats, Complexes]:
         """Cut the curves into pieces of about equal length: phases (pieces + 1, k), and points."""
         s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
         with np.errstate(all="ignore"):
-            return s, self.circuits.pose(s).point(self.point)
+            return s, self.at(s)
 
 
 def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
-    """Interpolate values (m, k) at x (p, 1) in tables (m, k) from 0 to 1."""
+    """Interpolate values at x (p, 1 or k) in tables (m, k) from 0 to 1."""
     apart = 2 * np.arange(table.shape[1])
     return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
 
@@ -149,36 +167,47 @@ def cells_of(curves: Curves, stroke: Floats, which: Indices, circle: bool, radiu
 def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: bool, radius: float | None) -> Cells:
     """Return the cells of curves that are cut into so many pieces."""
     s, z = curves.cut(pieces)
-    turns = curves.circuits.kind != OPEN
-    arc = stroke
+    turns, number = curves.circuits.kind != OPEN, np.arange(pieces)[:, None]
+    arc, rounding = stroke, 1e-9  # of equal pieces, which may just fill a stroke
     if radius is not None:
         arc = 2 * radius * np.arcsin(np.minimum(0.5 * stroke / radius, 1.0))
     with np.errstate(all="ignore"):
-        width = np.floor(np.minimum(np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces), pieces))
-    whole = np.clip(width.astype(int), 2, pieces)
-    steps = np.rint(np.linspace(0, 1, POINTS)[:, None] * (whole - 1)).astype(int)
-    index = 1 + np.arange(pieces)[:, None] + steps[:, None]
-    end = np.arange(pieces)[:, None] + whole
-    beyond = ~turns & (end > pieces)
+        run = np.pad(np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0))), axis=0), ((1, 0), (0, 0)))
+        ends = run[:-1] + arc
+        total = np.where(run[-1] > 0, run[-1], 1.0)
+        lap = (turns & (ends > run[-1])).astype(int)
+        beyond = ~turns & (run[:-1] + stroke > run[-1] * (1 + 1 / pieces))  # its chords are a little shorter
+        share = np.clip(np.nan_to_num(ends / total - lap), 0, 1)
+        cuts = np.broadcast_to(np.arange(pieces + 1.0)[:, None], run.shape)
+        last = np.floor(_interpolated(share, run / total, cuts) + rounding).astype(int)
+        width = np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces)
+    # no more than of equal pieces, so that bounds do not change by the rounding of their cores
+    held = np.minimum(last + pieces * lap - number, np.floor(width + rounding).astype(int))
+    whole = np.clip(held, 2, pieces)
+    steps = np.rint(np.linspace(0, 1, POINTS)[:, None, None] * (whole - 1)).astype(int)
+    index = 1 + number + steps
+    end = number + whole
     index = np.where(turns & (index > pieces), index - pieces, np.minimum(index, pieces))
     w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
     with np.errstate(all="ignore"):
         far = np.abs(w[-1] - w[0])
-        good = (width >= POINTS) & ~beyond & (far * NEARLY > stroke * (whole - 1) / whole)
+        has = (stroke / arc) * np.minimum(arc, np.mod(run[index[-1], np.arange(len(which))] - run[1:], total))
+        good = (width >= POINTS) & ~beyond & (far * NEARLY > has)
         least = np.where(good, np.nan_to_num(_off(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf)
-        longer = np.clip(stroke * (whole - 1) / (whole * far), 1.0, NEARLY)
+        least = np.where(good & (held < 2), 0.0, least)  # a core of one cut bounds nothing
+        longer = np.clip(has / far, 1.0, NEARLY)
     column = np.arange(len(which))
     at = np.where(turns & (end > pieces), end - pieces, np.minimum(end, pieces))
     low, high = s[:-1], s[at, column] + np.where(end > pieces, curves.circuits.period, 0.0) * turns
     high = low + longer * (high - low)
-    n, each = len(which), np.arange(pieces)[:, None]
+    n = len(which)
     peak = (least <= np.roll(least, 1, 0)) & (least < np.roll(least, -1, 0)) & np.isfinite(least)
 
     def flat(values: Array) -> Array:
         return np.broadcast_to(values, (pieces, n)).T.ravel()
 
     piece = flat(s[1:] - low)
-    return Cells(flat(which), flat(each), piece, flat(low), flat(high), flat(stroke), flat(least), flat(peak))
+    return Cells(flat(which), flat(number), piece, flat(low), flat(high), flat(stroke), flat(least), flat(peak))
 
 
 def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
@@ -189,7 +218,7 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
     seen, half = from_chord(w)
     u, v = seen.real, seen.imag
     back = -SLACK * np.abs(np.diff(seen, axis=0))
-    forward = (np.diff(u, axis=0) > back).all(0)
+    forward = (np.diff(u, axis=0) >= back).all(0)
     if not circle:
         u, v = u - u.mean(0), v - v.mean(0)
         whole, long = (v * v).sum(0), (u * u).sum(0)

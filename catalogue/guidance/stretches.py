@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from ..kinematics.batch import join, put
 from ..kinematics.circuits import Carriers
 from ..kinematics.types import Complexes, Floats, Indices
+from ..threads import Threads
 from .cells import Curves
 from .windows import FINER, LOOSER, NODES, WIDE, Search, Stretches
 
@@ -119,8 +119,7 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
     first = seek.places(cells, SEEN if seek.quick else max(count, 3))
     at = seek.measured(first[seek.leading(first, first.deviation, SEEN)] if seek.quick else first)
     at, by = seek.moved(at, 0.5 * WIDE * (at.high - at.low), FIRST)
-    best = seek.best(at, bound)
-    more, near = seek.contenders(cells, best)
+    more, near = seek.contenders(cells, seek.best(at, bound) if seek.quick else seek.listed(at, bound, count))
     at, by = join(more, at), np.concatenate([near, by])
     if seek.quick:
         lead = seek.leading(at, at.deviation, MOVED)
@@ -302,5 +301,5 @@ def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
         return found(np.arange(n))
     cores = os.cpu_count() or 1
     blocks = np.array_split(np.arange(n), cores * max(1, -(-n // (cores * BLOCK))))
-    with ThreadPoolExecutor(cores) as threads:
+    with Threads(cores) as threads:
         return join(*threads.map(found, blocks))

@@ -143,4 +143,4 @@ def _of_pieces(
     column = np.broadcast_to(np.arange(len(which)), rank.shape)[good]
     at = rank[good]
     piece = np.abs(s[at + 1, column] - s[at, column])
-    return which[column], s[at, column], FIRST * piece, centre[at, column]
+    return which[column], some.phase(s)[at, column], FIRST * piece, centre[at, column]

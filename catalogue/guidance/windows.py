@@ -229,8 +229,7 @@ class Search:
 
     def _path(self, at: Stretches) -> Path:
         """Return the paths of windows by their phases."""
-        some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
-        return lambda s: np.asarray(some.pose(s).point(z))
+        return self.curves[at.circuit].at
 
     def _open(self, at: Stretches) -> Mask:
         """Return which windows are of open circuits."""
@@ -259,6 +258,24 @@ class Search:
         np.fmin.at(least, own, bound)
         np.fmin.at(least, own[at.circuit], at.deviation)
         return np.asarray(least[own])
+
+    def listed(self, at: Stretches, bound: Floats, count: int) -> Floats:
+        """Return the deviations of rank `count` on curves (k,), bounds (k,) where fewer are known.
+
+        Windows that cover one that is straighter by more than a half do not count.
+        """
+        order = np.lexsort((at.deviation, at.circuit))
+        of = at.circuit[order]
+        rank = np.arange(len(of)) - np.searchsorted(of, of)
+        shape = len(self.curves), int(rank.max(initial=0)) + 1
+        off, middle, half = np.full(shape, np.inf), np.zeros(shape), np.zeros(shape)
+        off[of, rank] = np.nan_to_num(at.deviation[order], nan=np.inf)
+        middle[of, rank], half[of, rank] = 0.5 * (at.low + at.high)[order], 0.25 * (at.high - at.low)[order]
+        period = self.curves.circuits.period[:, None, None]
+        away = np.mod(middle[:, :, None] - middle[:, None] + 0.5 * period, period) - 0.5 * period
+        same = np.tril(np.abs(away) < half[:, :, None] + half[:, None], -1).any(2)
+        ranked = np.sort(np.where(same, np.inf, off), axis=1)
+        return np.asarray(np.minimum(ranked[:, count - 1] if count <= shape[1] else np.inf, bound))
 
     def farthest(self, at: Stretches) -> Floats:
         """Return the longest strokes of windows, of the linkages of curves or of the curves, (k,).
@@ -358,8 +375,10 @@ class Search:
         return tried[np.flatnonzero(np.arange(len(first)) - first < max(count, 2) + 1)]
 
     def numbered(self, at: Stretches) -> Stretches:
-        """Return windows with the numbers of their circuits among all."""
-        return replace(at, circuit=self.curves.number[at.circuit])
+        """Return windows with the numbers of their circuits among all, and phases of these."""
+        some = self.curves[at.circuit]
+        ends = np.sort(np.stack([some.phase(at.low), some.phase(at.high)]), axis=0)
+        return replace(at, circuit=some.number, low=ends[0], high=ends[1])
 
 
 def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:

@@ -211,12 +211,36 @@ def off_the_best_circle(z: Array, radius: float) -> float:
     return best
 
 
+def test_many_circuits_are_searched_alike_without_threads(
+    random_linkages: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, point = drawn(random_linkages("slider-crank", 200, 98), 8)
+    assert len(found) > 256  # shared among threads
+    stroke = 0.3 * found.linkage.size
+
+    def searched() -> list[Stretches]:
+        return [
+            straightest(found, point, stroke, circle=False, count=1),
+            longest(found, point, 0.01 * stroke, circle=False, count=1),
+        ]
+
+    expected = searched()
+
+    def no_thread(_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr("threading.Thread.start", no_thread)
+    for one, other in zip(searched(), expected, strict=True):
+        for name in ("circuit", "low", "high", "stroke", "deviation"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
 def test_a_curve_is_as_long_as_its_path(random_linkages: Maker) -> None:
     found, point = drawn(random_linkages("four-bar", 10, 93), 3)
     curves = Curves.of(found, point, np.arange(len(found)))
     assert np.abs(curves.s[0]).max() == 0
     assert np.allclose(curves.s[-1], found.period, rtol=1e-12)
-    chords = np.abs(np.diff(found.pose(curves.s).point(point), axis=0)).sum(0)
+    chords = np.abs(np.diff(curves.at(curves.s), axis=0)).sum(0)
     assert np.allclose(curves.length, chords, rtol=1e-12)
     s = np.linspace(0, 1, 20_001)[:, None] * found.period
     assert np.abs(curves.length / np.abs(np.diff(found.pose(s).point(point), axis=0)).sum(0) - 1).max() < 5e-3

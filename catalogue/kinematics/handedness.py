@@ -1,0 +1,77 @@
+"""Determine the handedness of circuits and the direction in which their curves are followed.
+
+A search along a coupler curve depends on where it begins, and on its direction.  If left-handed
+circuits are followed as their mirror images are, it finds the same of a linkage and of its mirror
+image.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .circuits import COUPLER, SWING, TURN, Carriers, Circuits
+from .plane_vectors import cross, dot
+from .types import Complexes, Floats, Mask
+
+
+def left_handed(circuits: Circuits, point: Complexes) -> Mask:
+    """Tell which circuits (k,) with coupler points (k,) are left-handed.
+
+    Their mirror images are not.  Of two circuits of a crank one is, whatever the point.  Else the
+    coupler decides: the side of its line through the moving pivots, or the quarter about its slot,
+    on which the point is.  A shape that is its own mirror image is not.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from catalogue.kinematics.circuits import circuits
+    >>> from catalogue.kinematics.linkage import Linkage
+    >>> pivots = np.array([[[0.0, 0], [0, 1]], [[3, 0], [3.5, 2]]])
+    >>> found = circuits(Linkage([pivots, pivots * [1, -1]]))
+    >>> left_handed(found, np.array([1 + 2j, 1 - 2j])[found.of]).tolist()
+    [True, False, False, True]
+    """
+    crank, swing = circuits.lead != COUPLER, circuits.kind == SWING
+    two = crank & (circuits.kind == TURN) & (circuits.period < 3 * np.pi)
+    side = np.where(two, circuits.sign, np.where(swing & ~_about_axis(circuits), circuits.centre, 0.0))
+    return np.where(side != 0, side < 0, _of_coupler(circuits, point) < 0)
+
+
+def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
+    """Compute the order in which coupler curves (k,) are followed alike in a mirror.
+
+    At s a curve is at the phase offset + sense * s of its circuit.  Right-handed ones run from 0
+    on, left-handed ones backwards; a crank that swings to either side of its axis begins at its
+    other dead point instead.
+
+    Returns
+    -------
+    offset, sense : ndarray, shape (k,)
+        Phases [rad], and 1 or -1.
+    """
+    if not isinstance(circuits, Circuits):  # chains of many bars have no hand yet
+        return np.zeros(len(point)), np.ones(len(point))
+    left, same = left_handed(circuits, point), _about_axis(circuits)
+    return np.where(left, np.where(same, np.pi, circuits.period), 0.0), np.where(left & ~same, -1.0, 1.0)
+
+
+def _about_axis(circuits: Circuits) -> Mask:
+    """Tell which cranks swing to either side of their axis, on a single circuit."""
+    return np.asarray((circuits.kind == SWING) & ((circuits.centre == 0) | (circuits.centre == np.pi)))
+
+
+def _of_coupler(circuits: Circuits, point: Complexes) -> Floats:
+    """Compute a number (k,) that a mirror negates, of the point in the coupler; 0 if symmetric."""
+    linkage = circuits.linkage
+    z, finite = linkage.points, linkage.finite[..., 1]
+    both, none = finite.all(1), ~finite.any(1)
+    i = np.argmax(finite, axis=1)  # a finite moving pivot, or of two slots the first
+    rows = np.arange(len(i))
+    here = np.where(none, z[:, 0, 0], z[rows, i, 1])
+    ray = np.where(both, z[:, 1, 1] - here, np.where(none, z[:, 1, 0] - here, z[rows, 1 - i, 1]))
+    away, unit = point - here, ray / np.maximum(np.abs(ray), np.finfo(float).tiny)
+    along, across = dot(unit, away), cross(unit, away)
+    off = cross(unit, z[rows, 1 - i, 0] - here)  # of the slot from the moving pivot
+    small = 1e-12 * linkage.size  # four digits above rounding
+    side = np.where(both | none, across, along * np.where(np.abs(across) > small, across, off))
+    return np.asarray(np.where(np.abs(side) > small * np.where(both | none, 1.0, linkage.size), side, 0.0))
