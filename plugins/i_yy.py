@@ -79,7 +79,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     branches = dead_points(linkage, beside=True)
     near = np.abs(np.stack([branches.kappa, branches.kappa_star]) * branches.rho0).reshape(2, -1, 2)
     away = np.nan_to_num(np.fmin.reduce(near, axis=(0, 2)), nan=AWAY)
-    margin = np.clip(away / AWAY, LEAST_MARGIN, 1.0)
+    margin = np.clip(away, LEAST_MARGIN * AWAY, AWAY) / AWAY  # away may be as large as doubles are
     return np.where(lines, np.nan, off_line(linkage)), margin
 
 
