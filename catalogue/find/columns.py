@@ -80,7 +80,7 @@ CANDIDATE: Mapping[str, Column] = dict(
             "deviation",
             LENGTH,
             "half the width of the narrowest strip (annulus) that contains the path; from the "
-            "best-fitting arc where the radius is given, from the path itself where pivots are",
+            "best-fitting arc where the radius is given, from the path itself where pivots are given",
             "devi\u00adation",
         ),
         _column("radius", LENGTH, "radius of the best-fitting arc, or as given"),
