@@ -174,6 +174,11 @@ class Explanation:
                 "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
                 "tolerance (--within)"
             )
+        if self.problem.is_wide:
+            return (
+                "no guide found: none is stored along an arc near a half circle or beyond; guides are made to measure "
+                "there: leave --no-refine out"
+            )
         if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
         sorts = ("families", "series", "configurations", "order", "slots", "returns", "pins_only")

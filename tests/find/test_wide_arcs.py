@@ -179,6 +179,12 @@ def test_an_arc_that_no_guide_runs_along_is_said_so(small: Catalogue) -> None:
     assert "300\u00b0" in nothing.explain()
 
 
+def test_stored_guides_alone_are_said_to_follow_no_wide_arc(small: Catalogue) -> None:
+    nothing = small.find(asked(200), refine=False)
+    assert not len(nothing)
+    assert "made to measure there: leave --no-refine out" in nothing.explain()
+
+
 @pytest.mark.parametrize("angle", [200, 350])
 def test_constraints_hold_beyond_a_half_circle(small: Catalogue, angle: float) -> None:
     bounds: dict[str, Any] = {"families": "four-bar", "min_transmission": 40, "max_size": 180}
