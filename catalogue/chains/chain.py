@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InvalidLinkage, quoted
 from ..kinematics.linkage import COINCIDENT, LARGEST, PR, RP, RR, SMALLEST, Linkage
 from ..kinematics.plane_vectors import cross
-from ..kinematics.types import Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Mask
 from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Structure
 
 #: Sine of the angle at which a dyad closes, below which a chain is given at a dead or change point:
@@ -78,19 +78,35 @@ class Chain:
             return cls(structure, z, np.asarray(u / np.abs(u)))
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.z).all() and np.isfinite(self.u).all()):
-            raise InvalidLinkage("a joint or a slide has a coordinate that is not finite, or no direction")
-        if not ((self.size >= SMALLEST) & (np.abs(self.z).max(0) <= LARGEST)).all():
-            raise InvalidLinkage(f"its size must be between {SMALLEST:.0e} and {LARGEST:.0e}: choose another unit")
-        for group in self.structure.dyads:
-            first, second = (self.structure.names[i] for i in (group.first, group.second))
-            if (self.lengths(group) <= COINCIDENT * self.size).any():
-                raise InvalidLinkage(f"joints of {quoted(first)} or {quoted(second)} coincide")
-            if (np.abs(self.sine(group)) < MIN_SINE).any():
-                raise InvalidLinkage(
+        for faulty, text in self.faults():
+            if faulty.any():
+                raise InvalidLinkage(text)
+
+    def faults(self) -> Iterator[tuple[Mask, str]]:
+        """Yield where chains are invalid, shape (n,), and why."""
+        with np.errstate(all="ignore"):
+            finite = np.isfinite(self.z).all(0) & np.isfinite(self.u).all(0)
+            yield np.asarray(~finite), "a joint or a slide has a coordinate that is not finite, or no direction"
+            fits = (self.size >= SMALLEST) & (np.abs(self.z).max(0) <= LARGEST)
+            yield np.asarray(~fits), f"its size must be between {SMALLEST:.0e} and {LARGEST:.0e}: choose another unit"
+            for group in self.structure.dyads:
+                first, second = (self.structure.names[i] for i in (group.first, group.second))
+                shortest, sine = self.lengths(group), np.abs(self.sine(group))
+                yield ~(shortest > COINCIDENT * self.size), f"joints of {quoted(first)} or {quoted(second)} coincide"
+                yield (
+                    ~(sine >= MIN_SINE),
                     f"it is given at a dead or change point of {quoted(first)} and {quoted(second)}, where its branch "
-                    "is open: give another position"
+                    "is open: give another position",
                 )
+
+    @classmethod
+    def valid(cls, structure: Structure, z: Complexes, u: Complexes) -> tuple[Chain, Mask]:
+        """Select the valid chains among some, and return the mask of them, shape (n,)."""
+        every = object.__new__(cls)
+        for name, value in (("structure", structure), ("z", z), ("u", u)):
+            object.__setattr__(every, name, value)
+        mask = ~np.any([faulty for faulty, _ in every.faults()], axis=0)
+        return every[mask], mask
 
     def __len__(self) -> int:
         return int(self.z.shape[1])

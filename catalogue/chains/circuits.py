@@ -14,7 +14,7 @@ only.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -188,13 +188,28 @@ def circuits(chain: Chain, bar: int) -> ChainCircuits:
     >>> found.kind.tolist() == [SWING], len(found.low)
     (True, 2)
     """
+    found, followed = followed_circuits(chain, bar)
+    if len(followed) < len(chain):
+        raise InvalidLinkage(
+            f"a circuit has more than {FOLLOW.max_pieces} dead and change points, or {FOLLOW.max_turns} turns of its "
+            "drive"
+        )
+    return found
+
+
+def followed_circuits(chain: Chain, bar: int) -> tuple[ChainCircuits, Indices]:
+    """Follow chains round their circuits, and return the numbers of those that come back, (k,)."""
     walk = _Walk(chain, np.ones(len(chain)), np.zeros(len(chain)), chain.branch)
     pieces = walk.run()
-    some = np.flatnonzero(walk.open)
+    lost = walk.lost
+    some = np.flatnonzero(walk.open & ~lost)
     if len(some):  # start again from the end at infinity
         back = _Walk(chain[some], -walk.way[some], walk.at[some], walk.sign[:, some])
         pieces = pieces.replaced(some, back.run())
-    return pieces.circuits(chain, bar, walk)
+        lost[some] = back.lost
+    found = pieces.circuits(chain, bar, walk)
+    kept = np.flatnonzero(~lost & ~np.isnan(found.phase))
+    return replace(found[kept], of=np.arange(len(kept))), kept
 
 
 @dataclass(frozen=True)
@@ -279,6 +294,7 @@ class _Walk:
         turn = 2 * np.pi * chain.structure.turns
         self.reach = FOLLOW.farthest * chain.size if chain.structure.is_pushed else np.full(n, turn)
         self.open: Mask = np.zeros(n, bool)
+        self.lost: Mask = np.zeros(n, bool)
         self.turning: Mask = np.zeros(n, bool)
         self.period = np.zeros(n)
 
@@ -288,7 +304,8 @@ class _Walk:
         pieces: list[tuple[Array, ...]] = []
         while len(some):
             if len(pieces) > FOLLOW.max_pieces:
-                raise InvalidLinkage(f"a circuit has more than {FOLLOW.max_pieces} dead and change points")
+                self.lost[some] = True
+                break
             at, way, sign = self.at[some], self.way[some], self.sign[:, some]
             end, event, dead = _next_event(self.chain[some], at, way, self.reach[some], sign)
             end, event = self._stopped(some, end, event)
@@ -315,10 +332,11 @@ class _Walk:
         turns = np.floor((at - home) * way / reach + 1e-9) + 1
         ahead = home + way * turns * reach
         passed = like & ~swings & ((end - ahead) * way >= -1e-9 * reach) & (not self.chain.structure.is_pushed)
-        if (turns > FOLLOW.max_turns).any():
-            raise InvalidLinkage(f"a chain is not back after {FOLLOW.max_turns} turns of its drive")
+        self.lost[some] = turns > FOLLOW.max_turns
         self.turning[some], self.period[some] = passed, turns * reach
-        event = np.where(swings | passed, Event.BACK, np.where(event == Event.BACK, Event.CHANGE_POINT, event))
+        event = np.where(
+            swings | passed | self.lost[some], Event.BACK, np.where(event == Event.BACK, Event.CHANGE_POINT, event)
+        )
         return np.where(swings, home, np.where(passed, ahead, end)), event
 
 

@@ -23,6 +23,7 @@ Source: the closures by two circles, by circle and line, by two lines; see `kine
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,7 +33,7 @@ from ..kinematics.motion import CHANGE
 from ..kinematics.plane_vectors import cross, dot
 from ..kinematics.types import Array, Complexes, Floats
 from .chain import Chain
-from .structure import PRP, RPR, RRP, RRR, Dyad, Link, Turn
+from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Link, Turn
 
 #: Least sine of the angle between two slides: nearer to parallel a chain runs to infinity [rad].
 NEAR_INFINITY = 0.03
@@ -66,6 +67,27 @@ class Poses:
     def point(self, bar: int, z: Complexes) -> Complexes:
         """Return the positions of points z (n,) of a bar, shape (m, n)."""
         return np.asarray(self.at[bar] + self.turn[bar] * (z - self.origin[bar]))
+
+    @cached_property
+    def transmission(self) -> Floats:
+        """Least transmission angle of the dyads, shape (m, n) [deg]; 90 without any."""
+        dyads = self.chain.structure.dyads
+        if not dyads:
+            return np.full(self.drive.shape, 90.0)
+        slides = np.array([group.kind in (PRP, RPP) for group in dyads])[:, None, None]
+        with np.errstate(invalid="ignore"):
+            sines = np.where(slides, self.sines + NEAR_INFINITY, np.sqrt(np.maximum(self.sines, 0)))
+        return np.asarray(np.degrees(np.arcsin(np.clip(sines.min(0), 0, 1))))
+
+    @cached_property
+    def extent(self) -> Floats:
+        """Diameter of all joints at all positions, but for a part in 1e5, shape (n,) [length]."""
+        places = np.concatenate([self.joint(j) for j in range(len(self.chain.z))])
+        widest, directions = np.zeros(len(self.chain)), 360
+        for way in np.exp(1j * np.pi * np.arange(directions) / directions):
+            along = (places * way).real
+            np.maximum(widest, along.max(0) - along.min(0), out=widest)
+        return widest
 
     def joint(self, joint: int) -> Complexes:
         """Return the positions of a joint, shape (m, n)."""

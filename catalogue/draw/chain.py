@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..chains.circuits import ChainCircuits
 from ..chains.poses import Poses
-from ..chains.structure import Gear
+from ..chains.structure import Gear, Structure
 from ..kinematics.types import Complexes, Floats
 from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH, SANS, SERIF, blank, kind_of, literal, write
 from .symbols import Pen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from ..find.own_chain import OwnChain
 
 
 @dataclass(frozen=True)
@@ -45,20 +44,53 @@ class Layout:
 PAGE = Layout()
 
 
-def draw_chain(one: OwnChain, file: str | Path | None = None) -> Figure:
-    """Draw a mechanism in its given pose, or a stretch in mid-stroke with ghosts.
+@dataclass(frozen=True)
+class ChainPicture:
+    """What is drawn of a mechanism of many bars.
+
+    Attributes
+    ----------
+    circuit : ChainCircuits
+        One circuit, of the bar with the guided joint.
+    point : int
+        Number of the guided joint.
+    path : ndarray, shape (m,)
+        Phases along the path [rad].
+    middle : float
+        Phase of the pose [rad].
+    ghosts : ndarray, shape (k,)
+        Phases of poses to draw faintly [rad].
+    title : str
+    facts : list of str
+    """
+
+    circuit: ChainCircuits
+    point: int
+    path: Floats
+    middle: float
+    ghosts: Floats
+    title: str
+    facts: list[str]
+
+    @property
+    def structure(self) -> Structure:
+        """Structure of the mechanism."""
+        return self.circuit.chain.structure
+
+
+def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
+    """Draw a mechanism in one pose, with its path and ghosts.
 
     Parameters
     ----------
-    one : OwnChain
+    one : ChainPicture
     file : path, optional
         PNG, SVG or PDF by suffix.
     """
     kind = None if file is None else kind_of(file)
-    path, middle, ghosts = one.drawn()
-    structure, found = one.chain.structure, one.circuit
-    z = found.pose(path[:, None]).point(np.array([one.guided_point]))[:, 0]
-    at = found.poses(np.append(middle, ghosts)[:, None])
+    structure, found, ghosts = one.structure, one.circuit, one.ghosts
+    z = found.poses(one.path[:, None]).joint(one.point)[:, 0]
+    at = found.poses(np.append(one.middle, ghosts)[:, None])
     shown = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
     wheels = [circle for gear in structure.gears for circle in pitch_circles(one, gear, shown[:, 0])]
     rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
@@ -89,27 +121,27 @@ def draw_chain(one: OwnChain, file: str | Path | None = None) -> Figure:
     return figure
 
 
-def _title(figure: Figure, one: OwnChain, height: float) -> None:
-    facts = [*one.facts, f"lengths in {one.unit}" if one.unit else ""]
-    figure.text(PAGE.margin / PAGE.width, 1 - 0.4 / height, one.name or "Mechanism", family=SERIF, size=15, color=INK)
+def _title(figure: Figure, one: ChainPicture, height: float) -> None:
+    figure.text(PAGE.margin / PAGE.width, 1 - 0.4 / height, one.title, family=SERIF, size=15, color=INK)
     figure.text(
-        PAGE.margin / PAGE.width, 1 - 0.65 / height, "; ".join(filter(None, facts)), family=SANS, size=8, color=GREY
+        PAGE.margin / PAGE.width, 1 - 0.65 / height, "; ".join(filter(None, one.facts)), family=SANS, size=8, color=GREY
     )
 
 
-def _bars(pen: Pen, one: OwnChain, at: Poses, z: Complexes, pose: int, prefix: str, *, ghost: bool = False) -> None:
+def _bars(pen: Pen, one: ChainPicture, at: Poses, z: Complexes, pose: int, prefix: str, *, ghost: bool = False) -> None:
     """Draw the moving bars in one pose."""
-    structure = one.chain.structure
+    structure = one.structure
     for number, (name, joints) in enumerate(structure.bars):
         if number == structure.frame:
             continue
-        colour = DRIVER if name == one.drive else COUPLER if one.point in joints else CRANK
+        guided = structure.joints[one.point] in joints
+        colour = DRIVER if name == structure.drive else COUPLER if guided else CRANK
         corners = z[[structure.joints.index(joint) for joint in joints]]
         if len(corners) > 1:
             pen.link(corners, f"{prefix}{name}", colour, ghost=ghost, zorder=1 if ghost else 4)
     for number, slide in enumerate(structure.slides):
         rail, slider = structure.number(slide.first), structure.number(slide.second)
-        along = complex(at.turn[rail, pose, 0] * one.chain.u[number, 0])
+        along = complex(at.turn[rail, pose, 0] * one.circuit.chain.u[number, 0])
         if not ghost:
             _rail(pen, one, at, number, along)
         pen.block(
@@ -122,12 +154,12 @@ def _bars(pen: Pen, one: OwnChain, at: Poses, z: Complexes, pose: int, prefix: s
         )
 
 
-def _rail(pen: Pen, one: OwnChain, shown: Poses, number: int, along: complex) -> None:
+def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex) -> None:
     """Draw the line of a slide over the motion, from the joints of its bar."""
-    structure, slide = one.chain.structure, one.chain.structure.slides[number]
+    structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
-    path, _, _ = one.drawn()
-    run = [_way(one.circuit.poses(path[:: max(1, len(path) // PAGE.positions), None]), number)]
+    step = max(1, len(one.path) // PAGE.positions)
+    run = [_way(one.circuit.poses(one.path[::step, None]), number)]
     start = complex(shown.at[slider, 0, 0]) - along * _way(shown, number)[0]
     if rail != structure.frame:
         held = [j for j, bars in enumerate(structure.on) if rail in bars]
@@ -148,24 +180,24 @@ def _way(at: Poses, number: int) -> Floats:
     return np.asarray(((at.at[slider] - start) * (at.turn[rail] * at.chain.u[number]).conj()).real[:, 0])
 
 
-def _joints(pen: Pen, one: OwnChain, z: Complexes) -> None:
+def _joints(pen: Pen, one: ChainPicture, z: Complexes) -> None:
     """Draw pins, bearings and the guided point, with names."""
-    structure = one.chain.structure
+    structure = one.structure
     for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
         place = complex(z[number])
         if structure.frame in bars and len(bars) > 1:
             pen.ground(place, f"ground-{name}", -1j)
         if len(bars) > 1:
             pen.pivot(place, f"joint-{name}")
-        if name == one.point:
+        if number == one.point:
             pen.dot(place, f"guided-{name}", PATH)
     for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
         pen.name(complex(z[number]), name, f"name-{name}", GREY if structure.frame in bars else INK)
 
 
-def _wheels(pen: Pen, one: OwnChain, z: Complexes) -> None:
+def _wheels(pen: Pen, one: ChainPicture, z: Complexes) -> None:
     """Draw the pitch circles of gears."""
-    structure = one.chain.structure
+    structure = one.structure
     for number, gear in enumerate(structure.gears):
         for name, centre, radius in pitch_circles(one, gear, z):
             circle = centre + radius * np.exp(2j * np.pi * np.arange(181) / 180)
@@ -173,9 +205,9 @@ def _wheels(pen: Pen, one: OwnChain, z: Complexes) -> None:
             pen.line(circle, f"wheel-{number}-{name}", **style)
 
 
-def pitch_circles(one: OwnChain, gear: Gear, z: Complexes) -> list[tuple[str, complex, float]]:
+def pitch_circles(one: ChainPicture, gear: Gear, z: Complexes) -> list[tuple[str, complex, float]]:
     """Return name, centre and radius of both pitch circles of a gear."""
-    structure = one.chain.structure
+    structure = one.structure
     carrier, centres = structure.number(gear.carrier), []
     if gear.ratio == 1:
         return []

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..chains.poses import NEAR_INFINITY, Poses
+from ..chains.poses import Poses
 from ..chains.rates import rates
-from ..chains.structure import PRP, RPP
 from ..errors import InvalidRequest, quoted
 from ..given import pair
 from ..kinematics.types import Array, Complexes, Floats
@@ -116,7 +115,7 @@ class ChainMotion:
                 f"{first}-{second}": _apart(at, moves, *(structure.joints.index(name) for name in (first, second)))
                 for first, second in pairs
             },
-            transmission(at)[:, 0],
+            at.transmission[:, 0],
             np.where(dead, DEAD_POINT.format(structure.drive), ""),
             structure.is_pushed,
             one.unit,
@@ -173,14 +172,3 @@ def _apart(at: Poses, moves: Any, first: int, second: int) -> tuple[Floats, Floa
     speed = moves.velocity_of(other, z[second]) - moves.velocity_of(one, z[first])
     with np.errstate(all="ignore"):
         return np.abs(way)[:, 0], (way.conj() * speed).real[:, 0] / np.abs(way)[:, 0]
-
-
-def transmission(at: Poses) -> Floats:
-    """Compute the least transmission angle of the dyads, shape (m, n) [deg]; 90 without any."""
-    structure = at.chain.structure
-    if not structure.dyads:
-        return np.full(at.drive.shape, 90.0)
-    slides = np.array([group.kind in (PRP, RPP) for group in structure.dyads])[:, None, None]
-    with np.errstate(invalid="ignore"):
-        sines = np.where(slides, at.sines + NEAR_INFINITY, np.sqrt(np.maximum(at.sines, 0)))
-    return np.asarray(np.degrees(np.arcsin(np.clip(sines.min(0), 0, 1))))

@@ -20,7 +20,7 @@ from ..kinematics.circuits import OPEN
 from ..kinematics.sampling import Samples, resolved
 from ..kinematics.types import Complexes, Floats
 from ..units import factor, unit_or_none
-from .chain_motion import ChainMotion, transmission
+from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
 
@@ -38,14 +38,11 @@ class Grid:
     ----------
     positions : int
         Positions of a stretch at which size and transmission angle are taken.
-    directions : int
-        Directions in which outermost places are sought: of all within 1e-5 of the diameter.
     least : float
         Smallest extent of a joint's path for relative errors [size of the chain].
     """
 
     positions: int = 129
-    directions: int = 360
     least: float = 1e-3
 
 
@@ -253,14 +250,23 @@ class OwnChain:
         """
         if moving:
             raise InvalidRequest("a mechanism of many bars is not animated yet: draw it without --moving")
-        from ..draw.chain import draw_chain
+        from ..draw.chain import ChainPicture, draw_chain
 
-        return draw_chain(self.in_unit(unit), file)
+        one = self.in_unit(unit)
+        low, middle, high = one.drawn
+        path, ends = (
+            one.samples(low, high).polyline([0]),
+            np.array([low, high] if isinstance(one, ChainStretch) else []),
+        )
+        facts = [*one.facts, f"lengths in {one.unit}" if one.unit else ""]
+        picture = ChainPicture(one.circuit, one.read.point, path, middle, ends, one.name or "Mechanism", facts)
+        return draw_chain(picture, file)
 
-    def drawn(self) -> tuple[Floats, float, Floats]:
-        """Return phases along the path, of the pose to draw, and of poses to draw faintly."""
-        path = self.samples(*self.range).polyline([0])
-        return path, float(self.circuit.phase[0]), np.zeros(0)
+    @property
+    def drawn(self) -> tuple[float, float, float]:
+        """Phases at the start of the path to draw, of the pose, and at the end."""
+        low, high = self.range
+        return low, float(self.circuit.phase[0]), high
 
     @property
     def facts(self) -> list[str]:
@@ -400,11 +406,10 @@ class ChainStretch(OwnChain):
         """Measure size, transmission angle and drive over the stretch."""
         found, structure = self.circuit, self.chain.structure
         at = found.poses(np.linspace(*self._window, GRID.positions)[:, None])
-        places = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
         ends = at.drive[[0, -1], 0] if structure.is_pushed else np.degrees(at.drive[[0, -1], 0])
         return {
-            "size": diameter(places.ravel()),
-            "min_transmission": float(transmission(at).min()),
+            "size": float(at.extent[0]),
+            "min_transmission": float(at.transmission.min()),
             "drive_from": float(ends[0]),
             "drive_to": float(ends[1]),
         }
@@ -433,17 +438,11 @@ class ChainStretch(OwnChain):
         sampled(samples)
         return ChainMotion.of(self, self.samples(*self._window).rows(np.linspace(0, 1, samples)), between)
 
-    def drawn(self) -> tuple[Floats, float, Floats]:
-        """Return phases along the path, of the pose to draw, and of poses to draw faintly."""
-        return self.samples(*self._window).polyline([0]), float(np.mean(self._window)), np.array(self._window)
-
-
-def diameter(z: Complexes) -> float:
-    """Return the largest distance between places (k,), by those farthest out in many directions."""
-    ways = np.exp(1j * np.pi * np.arange(GRID.directions) / GRID.directions)
-    along = (z[:, None] * ways.conj()).real
-    outer = np.unique(np.concatenate([along.argmax(0), along.argmin(0)]))
-    return float(np.abs(z[outer, None] - z[outer]).max())
+    @property
+    def drawn(self) -> tuple[float, float, float]:
+        """Phases at the start of the path to draw, of the pose, and at the end."""
+        low, high = self._window
+        return low, 0.5 * (low + high), high
 
 
 def mechanism(given: Mapping[str, Any], *, name: str = "", unit: str | None = None) -> OwnChain:

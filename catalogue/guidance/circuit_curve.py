@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -106,6 +106,12 @@ class CircuitCurve(Columns):
         return z.real, z.imag
 
 
+class Posed(Protocol):
+    """k bodies that move along phases."""
+
+    def pose(self, s: Floats) -> Pose: ...
+
+
 def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
     """Tell which paths (m, k), with chords along the real axis, run forward.
 
@@ -119,9 +125,7 @@ def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
     return np.asarray((along > turning * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
 
 
-def fitted(
-    circuits: Carriers, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
-) -> Fit:
+def fitted(circuits: Posed, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None) -> Fit:
     """Fit lines or circles to coupler points (k,) of circuits over windows of phases (k,).
 
     Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the

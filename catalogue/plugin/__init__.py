@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ..chains.structure import Structure
     from ..collections.results import CollectionCandidate
     from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
     from ..curvature_theory.dead_points import dead_points, off_line
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
     from ..paper import PAPER, blank, kind_of, write
     from ..problem.path import CircularArc, PathRequest, StraightLine
+    from ..series.chain_family import ChainFamily, apex
     from ..series.pairs import (
         alike,
         circle_pair,
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     )
     from ..series.series import Guided, Member, Parameter, Parameters, Series, angles
     from .hookspecs import hookimpl
+    from .mechanisms import chain_collection
 
 #: Where the names stand.
 _HOME = {
@@ -69,6 +72,9 @@ _HOME = {
     "curvature_theory.instant": "Instant",
     "curvature_theory.dead_points": "dead_points off_line",
     "curvature_theory.leading_error": "EXACT",
+    "chains.structure": "Structure",
+    "series.chain_family": "ChainFamily apex",
+    "plugin.mechanisms": "chain_collection",
     "series.series": "Guided Member Parameter Parameters Series angles",
     "series.pairs": "alike circle_pair linkage_of normal_pair pair parallel_pair point ray_pair roots slide_pair "
     "slider_pair tangent_circle_pair tangent_pair without",
@@ -89,6 +95,7 @@ __all__ = [
     "RP",
     "RR",
     "Array",
+    "ChainFamily",
     "CircularArc",
     "Collection",
     "CollectionCandidate",
@@ -113,10 +120,13 @@ __all__ = [
     "Series",
     "Specimen",
     "StraightLine",
+    "Structure",
     "Tags",
     "alike",
     "angles",
+    "apex",
     "blank",
+    "chain_collection",
     "circle_pair",
     "circle_through",
     "dead_points",

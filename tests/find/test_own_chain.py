@@ -14,7 +14,6 @@ from catalogue import ChainStretch, InvalidRequest, OwnChain, guide, measure, me
 from catalogue.errors import InvalidLinkage
 from catalogue.find.answers import answer, record, text_of
 from catalogue.find.codes import code_of
-from catalogue.find.own_chain import diameter
 from tests.chains.known import BICYCLE, CHEBYSHEV, JANSEN, PEAUCELLIER
 
 #: A four-bar as a mechanism of many bars, and as a linkage.
@@ -93,11 +92,6 @@ def test_size_and_transmission_are_those_over_the_stroke() -> None:
     places = np.array([at.joint(j)[:, 0] for j in range(len(best.joints))]).ravel()
     assert best.size == pytest.approx(np.abs(places[:, None] - places).max(), rel=1e-4)
     assert best.min_transmission == pytest.approx(np.degrees(np.arcsin(np.sqrt(at.sines.min()))), abs=0.05)
-
-
-def test_the_diameter_is_the_largest_distance() -> None:
-    z = np.random.default_rng(0).normal(size=(200, 2)) @ np.array([1, 1j])
-    assert diameter(z) == pytest.approx(np.abs(z[:, None] - z).max(), rel=1e-5)
 
 
 def test_a_distance_has_its_ratio_to_the_drive() -> None:

@@ -84,6 +84,13 @@ def test_example_plugin_of_the_guide_is_the_one_that_is_tested(root: Path) -> No
     assert len(shown.splitlines()) <= 40
 
 
+def test_example_family_of_the_guide_is_the_one_that_is_tested(root: Path) -> None:
+    _, _, rest = (root / "plugins/README.md").read_text("utf-8").partition("<!-- example-family -->\n```python\n")
+    shown, _, _ = rest.partition("```")
+    assert shown == (root / "tests/collections/dropin/level_tables.py").read_text()
+    assert len(shown.splitlines()) <= 40
+
+
 def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
     project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
     extras = project["optional-dependencies"]

@@ -1,0 +1,300 @@
+"""A collection made of families of mechanisms of many bars: all that their plugin does not write.
+
+Specimens are drawn over the domains of the parameters and followed round their circuits.  Their
+straightest and most circular stretches of several lengths are stored, laid out over one stroke.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..chains.chain import Chain
+from ..chains.circuits import ChainCircuits, circuits, followed_circuits
+from ..chains.poses import Poses
+from ..collections.results import CollectionCandidate
+from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
+from ..guidance.cells import Curves
+from ..guidance.circuit_curve import fitted
+from ..guidance.stretches import straightest
+from ..kinematics.circuits import TURN
+from ..kinematics.motion import Pose
+from ..kinematics.types import Complexes, Floats, Indices
+from ..series.chain_family import ChainFamily
+
+if TYPE_CHECKING:
+    from ..problem.path import PathRequest
+
+
+@dataclass(frozen=True)
+class Draws:
+    """How mechanisms are drawn.
+
+    Attributes
+    ----------
+    plan : str
+        Changed whenever the same draw would give other content.
+    shares : tuple of float
+        Strokes of stretches over the diameter of the path.
+    deviation : float
+        Largest deviation of a stretch that is kept [strokes].
+    size : float
+        Largest size of a mechanism [strokes].
+    transmission : float
+        Least transmission angle: below it rounding of a workshop decides [deg].
+    positions : int
+        Positions of a stretch at which it is measured.
+    flat : float
+        Radius of an arc above which it is a line [strokes].
+    fits : int
+        Fits of an arc of a given radius, each in the scale of the one before.
+    """
+
+    plan: str = "1"
+    shares: tuple[float, ...] = (0.3, 0.55, 0.8)
+    deviation: float = 0.02
+    size: float = 40.0
+    transmission: float = 5.0
+    positions: int = 65
+    flat: float = 50.0
+    fits: int = 3
+
+
+DRAWS = Draws()
+METRICS = {
+    "size": Metric("diameter of all joints over the stroke, the path included", LENGTH),
+    "min_transmission": Metric("least transmission angle of any dyad over the stroke", "deg", more=True),
+    "rotation": Metric("range of the angle of the guided bar over the stroke", "deg"),
+    "bars": Metric("number of bars, the frame included", "1"),
+    "sweep": Metric("stroke over the radius of the arc; 0 of a line", "1"),
+}
+
+
+def chain_collection(name: str, title: str, source: str, families: Sequence[ChainFamily]) -> Collection:
+    """Make a collection of families of mechanisms of many bars.
+
+    Parameters
+    ----------
+    name, title, source : str
+        As of a `Collection`.
+    families : sequence of ChainFamily
+
+    Returns
+    -------
+    Collection
+    """
+    made = _Made({one.name: one for one in families})
+    declared = {one.name: (one.series,) for one in families}
+    special = {case: ("*",) for one in families for case in one.special}
+    functions = made.draw, made.measure, made.classify, made.plot
+    return Collection(name, title, source, DRAWS.plan, declared, METRICS, *functions, special=special)
+
+
+@dataclass(frozen=True)
+class _Made:
+    """The functions of a collection of families by name."""
+
+    families: Mapping[str, ChainFamily]
+
+    def draw(self, family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
+        """Draw mechanisms of a family, and return their guides."""
+        one = self.families[family]
+        p = one.spread(rng.random((count, len(one.parameters))))
+        chain, valid = one.chains(p)
+        found, kept = followed_circuits(chain, one.bar)
+        if not len(kept):
+            return []
+        rows = np.flatnonzero(valid)[kept]
+        point = found.chain.z[one.guided]
+        across = Curves.of(found, point, np.arange(len(found))).across
+        made: list[Specimen] = []
+        for circle in (False, True):
+            for share in DRAWS.shares:
+                stretch = straightest(found, point, share * across, circle=circle, count=1)
+                good = np.flatnonzero(stretch.deviation <= DRAWS.deviation * stretch.stroke)
+                which, low, high = stretch.circuit[good], stretch.low[good], stretch.high[good]
+                values = [{name: float(column[rows[i]]) for name, column in p.items()} for i in which.tolist()]
+                laid = _Laid.of(one, found[which], low, high, circle, None, np.ones(len(good)))
+                made += laid.specimens(values)
+        return made
+
+    def measure(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
+        """Lay mechanisms along a path, and measure them there."""
+        found: list[Measured | None] = [None] * len(parameters)
+        for name, one in self.families.items():
+            rows = [i for i, p in enumerate(parameters) if p["family"] == name]
+            if not rows:
+                continue
+            some = [parameters[i] for i in rows]
+            z = np.array([[complex(*p["joints"][joint]) for p in some] for joint in one.structure.joints])
+            slides = range(len(one.structure.slides))
+            u = np.array([[complex(*p["slides"][k]) for p in some] for k in slides]).reshape(len(slides), len(some))
+            followed = circuits(Chain(one.structure, z, u), one.bar)
+            low, high = (np.array([p["window"][k] for p in some]) for k in (0, 1))
+            circle = request.kind == "circle"
+            radius = request.radius if circle else None
+            laid = _Laid.of(one, followed, low, high, circle, radius, np.full(len(some), float(request.stroke)))
+            values = [p["values"] for p in some]
+            for i, measured in zip(rows, laid.measured(values), strict=True):
+                found[i] = measured
+        return [one for one in found if one is not None]
+
+    def classify(self, p: Mapping[str, Any]) -> Tags:
+        """Return family, series, configuration and well-known cases of a mechanism."""
+        one = self.families[p["family"]]
+        return Tags(
+            one.name,
+            one.series,
+            p["configuration"],
+            tuple(name for name, holds in one.special.items() if holds(p["values"])),
+        )
+
+    def plot(self, candidate: CollectionCandidate, file: Path | None) -> Any:
+        """Draw a mechanism in mid-stroke with its path."""
+        from ..draw.chain import ChainPicture, draw_chain
+
+        p, one = candidate.parameters, self.families[candidate.family]
+        z = np.array([[complex(*p["joints"][joint])] for joint in one.structure.joints])
+        u = np.array([[complex(*way)] for way in p["slides"]]).reshape(-1, 1)
+        found = circuits(Chain(one.structure, z, u), one.bar)
+        low, high = p["window"]
+        facts = [
+            f"stroke {candidate.stroke:.6g}, deviation {candidate.deviation:.3g}, size {candidate.metrics['size']:.4g}",
+            one.title,
+            f"lengths in {candidate.unit}" if candidate.unit else "",
+        ]
+        path, middle = np.linspace(low, high, 2 * DRAWS.positions), 0.5 * (low + high)
+        picture = ChainPicture(found, one.guided, path, middle, np.array([low, high]), one.name, facts)
+        return draw_chain(picture, file)
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """n mechanisms of one family laid along their paths; arrays of shape (n,) unless said.
+
+    Attributes
+    ----------
+    z : complex ndarray, shape (j, n)
+        Joints, the path from the origin along +x [length].
+    u : complex ndarray, shape (s, n)
+        Directions of the slides.
+    low, high, deviation, radius : ndarray
+        Phases of the path [rad]; as laid, NaN where it cannot be [length].
+    """
+
+    family: ChainFamily
+    found: ChainCircuits
+    z: Complexes
+    u: Complexes
+    low: Floats
+    high: Floats
+    stroke: Floats
+    deviation: Floats
+    radius: Floats
+    metrics: dict[str, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        family: ChainFamily,
+        found: ChainCircuits,
+        low: Floats,
+        high: Floats,
+        circle: bool,
+        radius: float | None,
+        stroke: Floats,
+    ) -> _Laid:
+        """Lay mechanisms on circuits, over windows of phases, along their paths of a stroke."""
+        point = found.chain.z[family.guided]
+        base = np.ones(len(low))
+        with np.errstate(all="ignore"):
+            fit = fitted(found, point, low, high, circle=circle, radius=None)
+            # an arc of a given radius has it in the scale in which its chord is the stroke
+            for _ in range(DRAWS.fits if radius is not None else 0):
+                base = base * stroke / fit.stroke
+                fit = fitted(_Scaled(found, base), base * point, low, high, circle=True, radius=radius)
+            factor = stroke / fit.stroke
+            scale = base * factor
+            z = (base * found.chain.z - fit.start) * fit.along.conj() * factor
+            u = found.chain.u * fit.along.conj()
+            radii = 1 / np.abs(fit.curvature / factor) if circle else np.full(len(low), np.nan)
+            deviation = factor * fit.deviation
+        if radius is not None:
+            radii = np.full(len(low), radius)
+        at = found.poses(low + (high - low) * np.linspace(0, 1, DRAWS.positions)[:, None])
+        metrics = _metrics(family, at, scale)
+        metrics["sweep"] = np.where(np.isfinite(radii), stroke / radii, 0.0) if circle else np.zeros(len(low))
+        return cls(family, found, z, u, low, high, stroke, deviation, radii, metrics)
+
+    @property
+    def good(self) -> Indices:
+        """Numbers of those that are kept."""
+        tight = self.deviation <= DRAWS.deviation * self.stroke
+        small = self.metrics["size"] <= DRAWS.size * self.stroke
+        driven = self.metrics["min_transmission"] >= DRAWS.transmission
+        curved = np.isnan(self.radius) | (self.radius <= DRAWS.flat * self.stroke)
+        half = np.isnan(self.radius) | (self.metrics["sweep"] < 1.9)
+        return np.flatnonzero(tight & small & driven & curved & half)
+
+    def parameters(self, i: int, values: Mapping[str, float]) -> dict[str, Any]:
+        """Return all of one mechanism as plain data."""
+        names = self.family.structure.joints
+        return {
+            "family": self.family.name,
+            "configuration": "turns" if self.found.kind[i] == TURN else "swings",
+            "values": dict(values),
+            "joints": {name: [z.real, z.imag] for name, z in zip(names, self.z[:, i].tolist(), strict=True)},
+            "slides": [[u.real, u.imag] for u in self.u[:, i].tolist()],
+            "window": [float(self.low[i]), float(self.high[i])],
+        }
+
+    def specimens(self, values: Sequence[Mapping[str, float]]) -> list[Specimen]:
+        """Return those that are kept, as stored."""
+        kind = "line" if np.isnan(self.radius).all() else "circle"
+        made = []
+        for i in self.good.tolist():
+            p = self.parameters(i, values[i])
+            metrics = {name: float(column[i]) for name, column in self.metrics.items()}
+            tags = self.family.name, self.family.series, p["configuration"]
+            made.append(Specimen(*tags, kind, float(self.deviation[i]), p, metrics))
+        return made
+
+    def measured(self, values: Sequence[Mapping[str, float]]) -> list[Measured]:
+        """Return all, as measured."""
+        made = []
+        for i in range(len(self.low)):
+            if not np.isfinite(self.deviation[i]):
+                made.append(Measured.no("its point does not run forward there"))
+                continue
+            metrics = {name: float(column[i]) for name, column in self.metrics.items()}
+            radius = float(self.radius[i]) if np.isfinite(self.radius[i]) else None
+            made.append(Measured(float(self.deviation[i]), radius, metrics, self.parameters(i, values[i])))
+        return made
+
+
+@dataclass(frozen=True)
+class _Scaled:
+    """Circuits of chains (n,) in another scale."""
+
+    found: ChainCircuits
+    scale: Floats
+
+    def pose(self, s: Floats) -> Pose:
+        """Return the scaled poses."""
+        here = self.found.pose(s)
+        return Pose(self.scale * here.d, here.x, self.scale * here.origin)
+
+
+def _metrics(family: ChainFamily, at: Poses, scale: Floats) -> dict[str, Floats]:
+    """Measure mechanisms at positions of their stretches, (n,) each."""
+    turned = np.unwrap(np.angle(at.turn[family.bar]), axis=0)
+    return {
+        "size": scale * at.extent,
+        "min_transmission": at.transmission.min(0),
+        "rotation": np.degrees(turned.max(0) - turned.min(0)),
+        "bars": np.full(len(scale), float(len(family.structure.bars))),
+    }

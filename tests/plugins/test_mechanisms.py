@@ -1,0 +1,85 @@
+"""Families of mechanisms of many bars: the contract, and what each is known for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from catalogue.collections.spec import Collection, Specimen
+from catalogue.plugin.registry import Registry
+from catalogue.problem.path import StraightLine
+from catalogue.testing import CollectionContract
+
+REGISTRY = Registry()
+
+
+class TestSixBars(CollectionContract):
+    collection = REGISTRY.collection("six-bars")
+
+
+class TestExactCells(CollectionContract):
+    collection = REGISTRY.collection("exact-cells")
+
+
+class TestTranslatingPlatforms(CollectionContract):
+    collection = REGISTRY.collection("translating-platforms")
+
+
+class TestLevelTables(CollectionContract):
+    """The family of the author's guide, dropped in."""
+
+    collection = Registry([str(Path(__file__).parents[1] / "collections" / "dropin")]).collection("level-tables")
+
+
+def test_tables_kept_level_do_not_turn() -> None:
+    some = drawn(TestLevelTables.collection, "level-table")
+    assert len(some) > 10
+    assert max(one.metrics["rotation"] for one in some) == 0
+
+
+def drawn(collection: Collection, family: str, count: int = 30) -> list[Specimen]:
+    return list(collection.draw(family, np.random.default_rng(2), count))
+
+
+@pytest.mark.parametrize("family", TestExactCells.collection.families)
+def test_exact_cells_draw_straight_lines_to_rounding(family: str) -> None:
+    some = drawn(TestExactCells.collection, family)
+    assert len(some) > 10
+    assert {one.kind for one in some} == {"line"}
+    assert max(one.deviation for one in some) < 1e-13
+
+
+def test_platforms_of_cognates_do_not_turn() -> None:
+    some = drawn(TestTranslatingPlatforms.collection, "cognate-platform")
+    assert len(some) > 10
+    assert max(one.metrics["rotation"] for one in some) < 1e-9
+
+
+def test_six_bars_are_laid_along_the_path() -> None:
+    """The guided joint runs from the origin to the stroke on +x, by the joints and the window alone."""
+    from catalogue import mechanism
+
+    collection = TestSixBars.collection
+    some = [one for one in drawn(collection, "watt-1") if one.kind == "line"][:5]
+    for laid in collection.measure([one.parameters for one in some], StraightLine(200, 5)):
+        p = laid.parameters
+        bars = {"frame": "AD", "crank": "AB", "coupler": "BCE", "rocker": "CDG", "rod": "EFP", "link": "FG"}
+        own = mechanism({"joints": p["joints"], "bars": bars, "drive": "crank", "point": "P"})
+        low, high = p["window"]
+        s = np.linspace(low, high, 401)
+        z = own.circuit.pose(s[:, None]).point(np.array([own.guided_point]))[:, 0]
+        assert np.ptp(z.real) == pytest.approx(200, rel=1e-6)
+        assert min(z.real) == pytest.approx(0, abs=1e-4)
+        assert np.abs(z.imag).max() == pytest.approx(laid.deviation, rel=1e-3)
+        assert np.ptp(np.unwrap(np.angle(own.circuit.poses(s[:, None]).turn[own.circuit.bar, :, 0]))) == pytest.approx(
+            np.radians(laid.metrics["rotation"]), abs=1e-3
+        )
+
+
+def test_every_six_bar_has_six_bars_and_seven_pins() -> None:
+    for family, wanted in TestSixBars.collection.families.items():
+        some = drawn(TestSixBars.collection, family, 10)
+        assert wanted == ("approximate",)
+        assert {one.metrics["bars"] for one in some} == {6.0}
