@@ -19,7 +19,7 @@ SOURCE = "Peaucellier 1864; Lipkin 1871; Hart 1875; Cardano 1570; Kempe 1877"
 
 
 def peaucellier(p: Parameters) -> dict[str, Complexes | float]:
-    """Place arms of length 1 and a rhombus, a corner of it on a circle through O."""
+    """Place arms of length 1, and a rhombus led along a circle."""
     from catalogue.plugin import apex
 
     c = p["crank"] * (1 + np.exp(1j * p["angle"]))
