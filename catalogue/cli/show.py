@@ -124,9 +124,10 @@ def _card(one: Any, name: str) -> None:
     rows = [
         [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items()
-        if value not in (None, "")
+        if value not in (None, "") and (key, value) != ("order", 0)  # of no stored guide
     ]
-    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])
+    if rows:
+        print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])
     if lengths:
         _links(lengths)
     if pivots is not None:

@@ -37,6 +37,16 @@ def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
     assert "deviation" in run("show", rows[0]["code"]).out
 
 
+def test_show_tells_no_order_of_what_is_of_no_stored_guide_and_prints_no_empty_table(run: Run, mine: Path) -> None:
+    (row, *_) = json.loads(run("measure", mine, "--stroke", "120", "--format", "json").out)
+    told = run("show", row["code"]).out
+    assert "deviation" in told
+    assert "order" not in told
+    own = run("show", mine).out
+    assert "meaning" not in own
+    assert "crank 1" in own
+
+
 def test_describing_names_all_cranks_that_turn(run: Run, tmp_path: Path) -> None:
     drag, kite, still = (tmp_path / f"{name}.json" for name in ("drag", "kite", "still"))
     point = {"along": 0.5, "across": 0.7}
