@@ -120,3 +120,18 @@ def test_round_lengths_are_round_and_still_guide(ask: Ask, again: Any) -> None:
         (one, two), (three, four) = [[complex(x, y) for x, y, _ in pair] for pair in c.pivots]
         for length in (abs(one - two), abs(three - four), abs(two - four)):
             assert length == pytest.approx(round(length), abs=1e-6)
+
+
+@pytest.mark.slow
+def test_a_bounded_allowance_denies_no_guide_that_uses_up_both_it_and_the_tolerance(small: Catalogue) -> None:
+    """The allowance depends on the deviation too: linearised by the sensitivity alone, nothing was found here."""
+    found = small.find(
+        StraightLine(1, 0.0016268), families="four-bar", rank_by="transmission", min_allowance=0.0001262,
+        max_size=1.1302, limit=1,
+    )  # fmt: skip
+    (best,) = found
+    assert best.min_transmission > 62
+    assert best.deviation <= 0.0016268
+    assert best.allowance is not None
+    assert best.allowance >= 0.0001262 * (1 - 1e-6)
+    assert best.size <= 1.1302 * (1 + 1e-9)
