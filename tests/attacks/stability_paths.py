@@ -172,6 +172,11 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
         of, poses = path(i, numbers)
         places = [of.chain.fixed[k] for k in (0, 1) if flags[i][k][0]]
         places += [of.chain.moving[k] for k in (0, 1) if flags[i][k][1]]
+        for k in (0, 1):  # rails, and slots as the coupler has them in mid-stroke
+            if not flags[i][k][0]:
+                places += ends([d + turn * of.chain.moving[k] for d, turn in poses])
+            elif not flags[i][k][1]:
+                places += ends([(of.chain.fixed[k] - d) / turn for d, turn in poses])
         run = [d + turn * of.point for d, turn in poses]
         apart = [abs(p - q) for p in places for q in (*places, *run)]
         return [max([*apart, abs(run[0] - run[-1])])]
@@ -194,6 +199,12 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
     yield row("measure: size", 1, size, values[:, 1], 5e-3)
     if np.all(flags):
         yield row("measure: transmission angle", 2, angle, np.full(len(values), 90.0), 1e-3)
+
+
+def ends(places: list[Any]) -> list[Any]:
+    """Return the ends of places on a line."""
+    one = max(places, key=lambda z: abs(z - places[0]))
+    return [one, max(places, key=lambda z: abs(z - one))]
 
 
 def fixed_nominal(code: str, stroke: float) -> Row:
