@@ -42,9 +42,10 @@ class Selection:
     certificate: Certificate | None = None
 
 
-def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()) -> Found:
+def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
+    With `warm` the starts are answers to a tighter request, and answers as good end the search.
     Plugins are loaded only for prescribed pivots, or when the drift of a candidate is read.
     """
     database, constraints, problem = catalogue.database, request.constraints, request.problem
@@ -69,7 +70,9 @@ def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()) -> 
     else:
         if constraints.families or constraints.series or constraints.configurations:
             check_names(database, constraints)
-        chosen = searched(database, problem, report, refine=refine, cognates=cognates, round_to=step, given=given)
+        chosen = searched(
+            database, problem, report, refine=refine, cognates=cognates, round_to=step, given=given, warm=warm
+        )
         drifts = (
             Drifts(chosen.found, lambda: catalogue.registry.series, constraints.slots)
             if chosen is not None and refine
@@ -99,6 +102,7 @@ def searched(
     cognates: bool,
     round_to: float | None,
     given: CandidateBatch | None,
+    warm: bool = False,
 ) -> Selection | None:
     """Search, refine and select candidates, verified on their finite motion; None if there is none.
 
@@ -117,6 +121,9 @@ def searched(
         [length].
     given : CandidateBatch, optional
         Further starts.
+    warm : bool
+        Whether the further starts are answers to a tighter problem: the search ends early then
+        where they are good enough.
     """
     within, mirrors = problem.tightened(), problem.mirrors
     sought = within.mirrored(*mirrors) if any(mirrors) else within
@@ -125,7 +132,9 @@ def searched(
     every = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
-        search = Search(replace(sought, ranking=ranking), database, report, refines=refine, given=given).run()
+        search = Search(
+            replace(sought, ranking=ranking), database, report, refines=refine, given=given, warm=warm
+        ).run()
         every.append(search)
         for _ in range(1, problem.effort):
             every.append(every[-1].again().run())

@@ -54,6 +54,9 @@ class Budget:
     landed: int = 12  #: leaders of a race of these
     rare: int = 40  #: starts of a family that are too few for a race
     in_vain: int = 2  #: such phases in a row that gain nothing and end the search
+    known: int = 4  #: answers to a tighter problem that are refined
+    beside: int = 10  #: stored starts beside these
+    known_followed: int = 8  #: of both, refined to the end
 
 
 BUDGET = Budget()
@@ -101,6 +104,7 @@ class Search:
     enough: int = AMPLE  #: how many answers end the search
     given: InitVar[CandidateBatch | None] = None  #: starts from elsewhere
     effort: int = 1  #: which search for the problem this is, from 1
+    warm: bool = False  #: whether the starts from elsewhere are answers to a tighter problem
     budget: Budget = BUDGET
     found: CandidateBatch | None = None
     cost: Floats = field(default_factory=lambda: np.zeros(0))  #: infinite outside the constraints
@@ -135,7 +139,7 @@ class Search:
 
     def again(self) -> Search:
         """Return a search for the same from other starts."""
-        fresh: dict[str, Any] = {"found": None, "cost": np.zeros(0), "status": "searching"}
+        fresh: dict[str, Any] = {"found": None, "warm": False, "cost": np.zeros(0), "status": "searching"}
         another = replace(self, problem=self._asked, given=None, effort=self.effort + 1, **fresh)
         another.starts.taken = self.starts.taken
         return another
@@ -154,6 +158,10 @@ class Search:
     # -- phases ---------------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
         """Take the phases one by one; yield why the search ends after each, or nothing."""
+        if (known := self._meeting(self.starts.given)) is not None:
+            self._add(known, cost(self.problem, known))
+            if self.warm and self.refines:
+                yield self._from_known(known)
         if self.effort == 1 and self.refines and ((self._has_bound and self._races) or not self._is_constrained):
             self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
             yield self._enough_already
@@ -172,6 +180,17 @@ class Search:
             self._lead_in()
         yield self._enough_for_all
         yield from self._hops()
+
+    def _from_known(self, known: CandidateBatch) -> str:
+        """Refine the best answers to a tighter problem, and a few stored starts.
+
+        Return why the search ends: the list is full, and its best is within the gap.
+        """
+        best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
+        beside = self._gathered(self.starts.short, self.budget.beside)
+        self._take(best if beside is None else join(best, beside), self.budget.known_followed)
+        full = self._worth_something.sum() >= self.problem.limit
+        return "good enough" if full and self._in_gap else ""
 
     def _hops(self) -> Iterator[str]:
         """Refine perturbed copies of the best until that is in vain."""
@@ -288,7 +307,7 @@ class Search:
 
     def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return those that meet all constraints, None if there are none."""
-        if found is None:
+        if found is None or not len(found):
             return None
         met = np.flatnonzero(feasibility(self.problem, found).all)
         return found[met] if len(met) else None
