@@ -53,14 +53,14 @@ class Catalogue:
 
     def __init__(self, database: Database, plugins: Sequence[str] = ()) -> None:
         self.database = database
-        self._folders = names("plugins", plugins)
+        self.plugin_folders = names("plugins", plugins)
 
     @cached_property
     def registry(self) -> Registry:
         """The plugins, loaded on first use: `find` needs none."""
         from .plugin.registry import Registry
 
-        return Registry(self._folders)
+        return Registry(self.plugin_folders)
 
     @property
     def complete(self) -> bool:
@@ -398,6 +398,7 @@ class Catalogue:
         series: Sequence[str] = (),
         seed: int | None = None,
         processes: int | None = None,
+        engine: str = "processes",
         report: Callable[[Progress], None] = lambda _: None,
     ) -> Progress:
         """Fill the database, or finish an interrupted build; see `catalogue.populate.fill`.
@@ -412,6 +413,9 @@ class Catalogue:
             Seed of the sampling; default: 0, or as begun.
         processes : int, optional
             Number of worker processes; default: one per processor.
+        engine : str
+            ``serial``, ``processes`` or ``dask``, the latter with ``:N`` or ``:ADDRESS``; see
+            `catalogue.engines.engine`.  The content is the same on all of them.
         report : callable
             Receives the `Progress` now and then.
 
@@ -431,7 +435,14 @@ class Catalogue:
             count = self.database.get_number("count", share) if list(series) == begun else share
         seed = self.database.get_number("seed", 0) if seed is None else seed
         return fill(
-            self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
+            self.database,
+            self.registry,
+            count=count,
+            series=series,
+            seed=seed,
+            processes=processes,
+            on=engine,
+            report=report,
         )
 
     def close(self) -> None:
@@ -446,7 +457,7 @@ class Catalogue:
 
     def __reduce__(self) -> tuple[type[Self], tuple[Database, tuple[str, ...]]]:
         """Reduce to file and plugin folders: a copy loads plugins anew."""
-        return type(self), (self.database, self._folders)
+        return type(self), (self.database, self.plugin_folders)
 
     def __repr__(self) -> str:
         return f"<Catalogue {self.database.path}>"

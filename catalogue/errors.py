@@ -65,6 +65,12 @@ class WorkerKilled(PluginError):
     """The system killed a worker process at every attempt, most likely for want of memory."""
 
 
+class EngineError(CatalogueError):
+    """A cluster cannot be reached, or its workers hold another version of the catalogue."""
+
+    exit_code = 5
+
+
 class DuplicateSeries(PluginError):
     """Two plugins claim one series or family."""
 

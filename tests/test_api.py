@@ -99,7 +99,7 @@ DWELL = {name: FIND[name] for name in ("request", "limit", "effort", *DwellArgum
 SPECIMENS = {name: FIND[name] for name in ("request", "limit", "families", "series")}
 SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY, "refine": SWITCH}
 SPECIMENS |= {"quiet": SWITCH}
-BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "report": NONE}
+BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "engine": NONE, "report": NONE}
 CLASSIFY = {"linkage": NONE, "tolerance": NOTHING, "plugins": EMPTY}
 LINES = dict.fromkeys(("stroke", "deviation", "start", "along"), NONE) | {"unit": NOTHING}
 

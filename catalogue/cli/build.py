@@ -10,7 +10,7 @@ import click
 from click.exceptions import Exit
 
 from ..errors import InvalidRequest
-from .options import DB, PLUGINS, SERIES, option
+from .options import DB, ENGINE, PLUGINS, SERIES, option
 
 
 @click.command(
@@ -25,6 +25,7 @@ from .options import DB, PLUGINS, SERIES, option
         SERIES,
         option("--seed", None, "Seed of the random sampling.", int, show_default="0, or as begun"),
         option("--processes", "N", "Number of worker processes.", int, show_default="one per processor"),
+        ENGINE,
         option("--collection", "NAME", "Sample this collection of a plugin instead."),
         DB,
         PLUGINS,
@@ -35,6 +36,7 @@ def build(
     series: Sequence[str],
     seed: int | None,
     processes: int | None,
+    engine: str,
     collection: str | None,
     db: Path | None,
     plugins: Sequence[str],
@@ -50,13 +52,17 @@ def build(
     from ..api import open
     from ..progress import shown
 
-    if collection is not None and (series or processes is not None):
-        raise InvalidRequest("--series and --processes do not go with --collection: one process draws all of it")
+    if collection is not None and (series or processes is not None or engine != "processes"):
+        raise InvalidRequest(
+            "--series, --processes and --engine do not go with --collection: one process draws all of it"
+        )
     label = "building the catalogue" if collection is None else f"drawing {collection}"
     with open(db, plugins=plugins, build=False) as catalogue:
         with shown(quiet=False, label=label) as report:
             if collection is None:
-                done = catalogue.build(count=count, series=series, seed=seed, processes=processes, report=report)
+                done = catalogue.build(
+                    count=count, series=series, seed=seed, processes=processes, engine=engine, report=report
+                )
                 held = f"{catalogue.database.path} holds {done.guides} guides of these series"
             else:
                 done = catalogue.build_collection(collection, count=count, seed=seed, report=report)

@@ -88,5 +88,11 @@ FORMAT = option(
     click.Choice(["table", "json", "csv"]),
     default="table",
 )
+ENGINE = option(
+    "--engine",
+    "NAME",
+    "Where the work is done: serial, processes, processes:N, dask, dask:N or dask:ADDRESS (extra `dask`).",
+    default="processes",
+)
 #: Options of commands that query a database.
 COMMON = (FORMAT, DB, PLUGINS)

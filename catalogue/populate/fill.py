@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sqlite3
 import time
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..engines import Engine, check_name, engine
 from ..errors import DatabaseBusy, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
 from ..given import names, whole
 from ..plugin.registry import Registry
@@ -27,11 +27,11 @@ from ..store import (
     remove_batches,
     write_batch,
 )
-from .block import Block
+from .block import LIMIT, Block
+from .make import begin, make
 from .named_guides import write_named_guides
 from .plan import Source, outdated, places, plan
 from .rows import Columns
-from .workers import Workers
 
 #: Guides in the default database.
 COUNT = 12_000
@@ -66,6 +66,7 @@ def fill(
     series: Sequence[str] = (),
     seed: int = 0,
     processes: int | None = None,
+    on: str = "processes",
     report: Callable[[Progress], None] = lambda _: None,
 ) -> Progress:
     """Fill a database up to a number of guides.
@@ -75,8 +76,9 @@ def fill(
     that was not.  Blocks that were drawn in another way than today's are replaced.  Same seed and
     count, same content.  The named guides are there from the start, whichever series are chosen:
     without codes all that are registered.  How `count` is shared is said in
-    `catalogue.populate.plan`.  There are as many worker processes as processors unless told;
-    `report` is called after each block.
+    `catalogue.populate.plan`.  Blocks are made on the engine `on` (`catalogue.engines.engine`),
+    without a number in its name with as many workers as `processes`, or as processors; the content
+    is the same on every engine.  `report` is called after each block.
 
     Raises
     ------
@@ -89,6 +91,7 @@ def fill(
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     processes = None if processes is None else whole("processes", processes, 1)
     series = names("series", series)
+    check_name(on)
     if not callable(report):
         raise InvalidRequest(f"report must be a function of Progress, not {quoted(report)}")
     unknown = [code for code in series if code not in registry.series]
@@ -106,7 +109,9 @@ def fill(
     prepare(database)
     for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
         database.set_setting(key, str(value))
-    workers = Workers(processes or os.cpu_count() or 1, registry.folders)
+    workers = engine(
+        on, begin(registry.folders), count=processes, limit=LIMIT, tries=3
+    )  # memory may be short for a while
     with _alone(database), database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [*old, *(batch for s in sources for batch in s.short)])
         covered = places(database)
@@ -154,7 +159,7 @@ def _placed(guides: Columns, before: Counter[str]) -> Columns:
     return guides | {"cover": cover}
 
 
-def _blocks(sources: list[Source], pool: Workers, seed: int) -> Iterator[tuple[Source, Block]]:
+def _blocks(sources: list[Source], pool: Engine, seed: int) -> Iterator[tuple[Source, Block]]:
     """Yield the planned blocks in order, while workers build the next ones."""
     for position, source in enumerate(sources):
         while not source.full:
@@ -178,7 +183,7 @@ def _leave_out(source: Source, error: Exception) -> None:
     warnings.warn(f"plugin {plugin.name} ({plugin.origin}): {what} is left out: {reason}", PluginWarning, stacklevel=2)
 
 
-def _ask_ahead(sources: list[Source], pool: Workers, seed: int) -> None:
+def _ask_ahead(sources: list[Source], pool: Engine, seed: int) -> None:
     """Submit the next block of the first source, and further ones while workers are free."""
     asked = [future for source in sources for future in source.asked]
     room = min(2 * pool.count - sum(not future.done() for future in asked), AHEAD * pool.count - len(asked))
@@ -187,5 +192,5 @@ def _ask_ahead(sources: list[Source], pool: Workers, seed: int) -> None:
     for source in sources:
         while room > 0 and (wanted := source.lacking):
             number, plugin = source.next + len(source.asked), source.plugin
-            source.asked.append(pool.submit(*source.key, seed, number, wanted, plugin.name, plugin.version))
+            source.asked.append(pool.submit(make, *source.key, seed, number, wanted, plugin.name, plugin.version))
             room -= 1

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
+from ..engines import Begin
 from ..errors import CatalogueError, DatabaseError, InvalidRequest, MissingExtra, shortened
 from ..markup import element
 from ..units import MILLIMETRES, millimetres
@@ -34,7 +35,7 @@ except ImportError as error:
     ) from error
 
 from . import asked, guides
-from .desk import Begin, Busy, Desk, NobodyWaits, process
+from .desk import Busy, Desk, NobodyWaits, process
 from .gallery import gallery
 from .guard import HOSTS, Guard
 from .own import EXAMPLE as OWN_EXAMPLE
@@ -315,11 +316,11 @@ def application(
     tokens : sequence of str
         Tokens that admit a browser; see `Guard`.
     make : callable
-        Factory of workers: `process` or `thread`.
+        Factory of workers: `process` or `Thread`.
     warm : bool
         Ask the most frequent questions at the start.
     """
-    page = Page(form, partial(asked.begin, path, tuple(plugins)), make)
+    page = Page(form, asked.begin(path, plugins), make)
 
     @asynccontextmanager
     async def lifespan(app: Starlette) -> AsyncIterator[None]:

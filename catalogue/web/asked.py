@@ -6,13 +6,13 @@ user.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..api import Catalogue
+from ..engines import Begin
 from ..find.answers import recall
 from ..problem.problem import Request
 from ..store import Database
@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 _OPEN: list[Catalogue] = []
 
 
-def begin(path: Path, plugins: Sequence[str], patience: int) -> None:
-    """Open the catalogue read-only in this process; `patience` is its niceness."""
-    for name in ("OMP", "OPENBLAS", "MKL"):
-        os.environ.setdefault(f"{name}_NUM_THREADS", "1")
-    if patience and hasattr(os, "nice"):
-        os.nice(patience)
+def begin(path: Path, plugins: Sequence[str]) -> Begin:
+    """Return the preparation of a worker that answers from a catalogue."""
+    return Begin(_open, (path, tuple(plugins)))
+
+
+def _open(path: Path, plugins: Sequence[str]) -> None:
+    """Open the catalogue read-only in this process."""
     _OPEN[:] = [Catalogue(Database.open(path, create=False, writable=False), plugins)]
 
 

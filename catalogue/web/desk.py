@@ -10,11 +10,12 @@ import asyncio
 import os
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Hashable
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from multiprocessing import active_children, get_context
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
-from ..errors import CatalogueError
+from ..engines import Begin, Engine
+from ..engines.processes import Processes
+from ..errors import CatalogueError, WorkerKilled
 
 #: Number of cached answers: an hour of one user.
 KEPT = 256
@@ -29,8 +30,6 @@ MAX_WAITING = 12
 LEFT = 2.0
 #: Niceness of the workers of slow questions.
 PATIENCE = 10
-#: Initialises a worker with its niceness.
-Begin = Callable[[int], None]
 Gone = Callable[[], Awaitable[bool]]
 
 
@@ -44,51 +43,60 @@ class Busy(CatalogueError):
     exit_code = 5
 
 
-def process(begin: Begin, patience: int) -> Executor:
+def process(begin: Begin, niceness: int) -> Engine:
     """Create a worker process."""
-    return ProcessPoolExecutor(1, get_context("spawn"), begin, (patience,))
+    return Processes(1, begin, niceness=niceness)
 
 
-def thread(begin: Begin, patience: int) -> Executor:  # noqa: ARG001  # a thread has no niceness of its own
-    """Create a worker thread of this process: fast to start, but it blocks all others."""
-    return ThreadPoolExecutor(1, "catalogue", begin, (0,))
+class Thread(Engine):
+    """A worker thread of this process: fast to start, but it blocks all others."""
+
+    def __init__(self, begin: Begin, niceness: int) -> None:  # noqa: ARG002  # a thread has none of its own
+        self._threads, self._begin = ThreadPoolExecutor(1, "catalogue"), begin
+        self._begun = False
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
+        """Run a task after those submitted before."""
+        return self._threads.submit(self._run, function, arguments, keywords)
+
+    def _run(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+        if not self._begun:
+            self._begin()
+            self._begun = True
+        return function(*arguments, **keywords)
+
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        self._threads.shutdown(wait, cancel_futures=cancel_futures)
 
 
 class Worker:
-    """A process that answers one question at a time; restarted if killed or stuck."""
+    """A process that answers one question at a time; restarted if stuck."""
 
-    def __init__(self, make: Callable[[], Executor]) -> None:
+    def __init__(self, make: Callable[[], Engine]) -> None:
         self._make = make
         self.begin()
 
     def begin(self) -> None:
         """Start the process, which opens the catalogue."""
-        others = {*active_children()}
-        self._executor = self._make()
-        self._executor.submit(os.getpid)  # the process starts with the first task
-        self._children = {*active_children()} - others
+        self._engine = self._make()
+        self._engine.submit(os.getpid)  # the process starts with the first task
 
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Run a function in the process and return its result."""
-        for _ in range(2):
-            try:
-                return await asyncio.get_running_loop().run_in_executor(self._executor, task, *arguments)
-            except BrokenExecutor:
-                self.close()
-                self.begin()
-        raise Busy("the process that answers was killed twice: is there enough memory?")
+        try:
+            return await asyncio.get_running_loop().run_in_executor(self._engine, task, *arguments)
+        except WorkerKilled:
+            raise Busy("the process that answers was killed twice: is there enough memory?") from None
 
     def close(self) -> None:
         """Kill the process; a thread runs to its end."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
-        for child in self._children:
-            child.terminate()
+        self._engine.kill()
 
 
 class Lane:
     """Workers for questions of one kind, served in order of arrival."""
 
-    def __init__(self, make: Callable[[], Executor], count: int) -> None:
+    def __init__(self, make: Callable[[], Engine], count: int) -> None:
         self._workers = [Worker(make) for _ in range(count)]
         self._free: asyncio.Queue[Worker] = asyncio.Queue()
         self._waiting = 0
@@ -142,7 +150,7 @@ class Lane:
 class Desk:
     """Dispatches questions and caches answers."""
 
-    def __init__(self, begin: Begin, make: Callable[[Begin, int], Executor] = process) -> None:
+    def __init__(self, begin: Begin, make: Callable[[Begin, int], Engine] = process) -> None:
         count = max(2, min(4, os.cpu_count() or 1))
         self.quick = Lane(lambda: make(begin, 0), count)
         self.thorough = Lane(lambda: make(begin, PATIENCE), count)

@@ -451,11 +451,11 @@ def _asked(opened: catalogue.Catalogue, given: Any) -> None:
 
     from catalogue.cli.serve import wish_form
     from catalogue.web.application import application
-    from catalogue.web.desk import thread
+    from catalogue.web.desk import Thread
 
     place, fields = given
     form = wish_form(tuple(opened.registry.series))
-    page = application(Path(opened.database.path), form, tokens=["token"], make=thread)
+    page = application(Path(opened.database.path), form, tokens=["token"], make=Thread)
     where = f"{quote(place, errors='surrogatepass')}?{urlencode(fields, errors='surrogatepass')}"[:LONGEST]
     with TestClient(page, base_url="http://127.0.0.1", follow_redirects=False) as client:
         client.get("/?token=token")

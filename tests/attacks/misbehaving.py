@@ -322,13 +322,14 @@ _CLASSIFIER = (
     "import catalogue.foreign_code; catalogue.foreign_code.LIMIT = 2.0; from catalogue.cli import main; main()"
 )
 _BLOCKER = """
-import catalogue.populate.workers as workers, sys
+import sys
+from catalogue.engines.processes import Processes
 from catalogue.errors import PluginError
-workers.LIMIT = 15.0
+from catalogue.populate.make import begin, make
 def made(pool, code):
-    return pool.submit(code, "four-bar general", 0, 0, 16, "", "").result()
+    return pool.submit(make, code, "four-bar general", 0, 0, 16, "", "").result()
 if __name__ == "__main__":
-    with workers.Workers(1, [sys.argv[1]]) as pool:
+    with Processes(1, begin([sys.argv[1]]), limit=15.0) as pool:
         try:
             made(pool, "X.bad")
         except PluginError as error:

@@ -40,7 +40,7 @@ from catalogue.find.results import Found
 from catalogue.html_table import html_table
 from catalogue.web import guides
 from catalogue.web.application import application
-from catalogue.web.desk import thread
+from catalogue.web.desk import Thread
 from tests.draw.samples import ARC, DWELL, MADE, OWN
 
 HOSTILE = [
@@ -208,7 +208,7 @@ def test_a_page_has_the_elements_of_an_honest_one(
     small_db: Path, small: catalogue.Catalogue, text: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found: dict[str, list[Any]] = {}
-    page = application(small_db, wish_form([*small.registry.series]), tokens=["t"], make=thread)
+    page = application(small_db, wish_form([*small.registry.series]), tokens=["t"], make=Thread)
     with TestClient(page, base_url="http://127.0.0.1") as client:
         client.get("/?token=t")
         for said in (text, "honest"):

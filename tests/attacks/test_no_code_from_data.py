@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[2]
 CALLS = {"eval", "exec", "compile", "__import__", "system", "popen", "allow_pickle", "read_pickle", "unsafe_load"}
 MODULES = {"pickle", "marshal", "shelve", "dill", "joblib", "cloudpickle", "yaml", "code", "codeop"}
 #: What the main process and its workers say to each other, over a pipe that one of them made.
-PIPES = {"catalogue/populate/worker.py": {"pickle"}, "catalogue/populate/workers.py": {"pickle"}}
+PIPES = {"catalogue/engines/worker.py": {"pickle"}, "catalogue/engines/processes.py": {"pickle"}}
 
 
 def suspicious(tree: ast.AST) -> Iterator[str]:

@@ -507,7 +507,8 @@ def test_build_draws_a_collection(run: Run, tmp_path: Path, monkeypatch: pytest.
         done = run("build", *options, *wrong)
         assert done.code == 2
         assert (
-            done.line == "catalogue: --series and --processes do not go with --collection: one process draws all of it"
+            done.line
+            == "catalogue: --series, --processes and --engine do not go with --collection: one process draws all of it"
         )
 
 

@@ -167,14 +167,17 @@ def test_member_without_guides_is_given_up_once(rude: Registry, filled: Filled, 
             {
                 "R.raises": "ZeroDivisionError: first line",
                 "R.exits": "SystemExit: enough",
-                "R.ends": "the process that makes R.ends ended with exit code 7",
+                "R.ends": "the worker process of R.ends ended with exit code 7",
                 "R.few": r"PluginError: four-bar general: pivots have shape \(7, .* n = 1024",
                 "R.refused": "IntegrityError: CHECK constraint failed: ck_guide_contact_order",
             },
             "yes",
         ),
         # the system may do better
-        ({"R.killed": "the process that makes R.killed was killed by SIGKILL, 3 times: .* again"}, "no"),
+        (
+            {"R.killed": "the worker process of R.killed was killed by SIGKILL, 3 times: .* fewer processes"},
+            "no",
+        ),
     ],
 )
 def test_series_that_fail_are_reported_and_the_others_are_complete(

@@ -14,11 +14,18 @@ import numpy as np
 import pytest
 
 import catalogue
+from catalogue.engines.processes import Processes
 from catalogue.errors import PluginError, WorkerKilled
 from catalogue.plugin.registry import Registry
-from catalogue.populate.workers import Workers
+from catalogue.populate.block import LIMIT
+from catalogue.populate.make import begin, make
 
 GOOD = ("T.few", "four-bar general", 0, 0, 64, "few", "1")
+
+
+def workers(count: int, registry: Registry) -> Processes:
+    """Return worker processes as a build has them."""
+    return Processes(count, begin(registry.folders), limit=LIMIT, tries=3)
 
 
 def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
@@ -27,11 +34,11 @@ def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
 
 @pytest.mark.slow
 def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
-    with Workers(1, rude.folders) as pool:
+    with workers(1, rude) as pool:
         for code, end in (("R.ends", "ended with exit code 7"), ("R.aborts", "was killed by SIGABRT")):
-            with pytest.raises(PluginError, match=f"^the process that makes {code} {end}$"):
-                pool.submit(*bad(code)).result()
-            assert pool.submit(*GOOD).result().count > 0
+            with pytest.raises(PluginError, match=f"^the worker process of {code} {end}$"):
+                pool.submit(make, *bad(code)).result()
+            assert pool.submit(make, *GOOD).result().count > 0
 
 
 @pytest.mark.slow
@@ -39,23 +46,23 @@ def test_block_whose_process_the_system_kills_is_tried_again(
     rude: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("TEST_ONCE", str(tmp_path / "once"))
-    with Workers(1, rude.folders) as pool:
-        assert pool.submit(*bad("R.once")).result().count > 0
+    with workers(1, rude) as pool:
+        assert pool.submit(make, *bad("R.once")).result().count > 0
         assert (tmp_path / "once").exists()
-        for code, end in (("R.killed", "the process that makes R.killed was killed by SIGKILL"),
+        for code, end in (("R.killed", "the worker process of R.killed was killed by SIGKILL"),
                           ("R.greedy", "MemoryError")):  # fmt: skip
-            with pytest.raises(WorkerKilled, match=f"^{end}, 3 times: free some memory, .* again$"):
-                pool.submit(*bad(code)).result()
-        assert pool.submit(*GOOD).result().count > 0
+            with pytest.raises(WorkerKilled, match=f"^{end}, 3 times: free some memory, or use fewer processes$"):
+                pool.submit(make, *bad(code)).result()
+        assert pool.submit(make, *GOOD).result().count > 0
 
 
 @pytest.mark.slow
-def test_endless_block_is_ended_and_named(rude: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
-    with Workers(1, rude.folders) as pool:
-        assert pool.submit(*GOOD).result().count > 0
-        monkeypatch.setattr("catalogue.populate.workers.LIMIT", 0.5)
-        with pytest.raises(PluginError, match=r"^a block of R.endless takes longer than 0.5 s$"):
-            pool.submit(*bad("R.endless")).result()
+def test_endless_block_is_ended_and_named(rude: Registry) -> None:
+    with workers(1, rude) as pool:
+        assert pool.submit(make, *GOOD).result().count > 0
+        pool.limit = 0.5
+        with pytest.raises(PluginError, match=r"^R.endless takes longer than 0.5 s$"):
+            pool.submit(make, *bad("R.endless")).result()
 
 
 @pytest.mark.slow
@@ -78,23 +85,23 @@ def test_worker_does_not_outlive_a_killed_build(
 @pytest.mark.slow
 def test_fewer_rows_than_parameters_are_refused(rude: Registry) -> None:
     shape = r"pivots have shape \(7, 2, 2, 3\).*n = 1024"
-    with Workers(1, rude.folders) as pool, pytest.raises(PluginError, match=shape):
-        pool.submit(*bad("R.few")).result()
+    with workers(1, rude) as pool, pytest.raises(PluginError, match=shape):
+        pool.submit(make, *bad("R.few")).result()
 
 
 @pytest.mark.slow
 def test_error_of_a_plugin_is_one_line_and_the_worker_goes_on(rude: Registry) -> None:
-    with Workers(1, rude.folders) as pool:
+    with workers(1, rude) as pool:
         with pytest.raises(PluginError, match=r"^ZeroDivisionError: first line$"):
-            pool.submit(*bad("R.raises")).result()
-        assert pool.submit(*GOOD).result().count > 0
+            pool.submit(make, *bad("R.raises")).result()
+        assert pool.submit(make, *GOOD).result().count > 0
 
 
 @pytest.mark.slow
 def test_plugin_may_print_and_read(rude: Registry, capfd: pytest.CaptureFixture[str]) -> None:
-    with Workers(1, rude.folders) as pool:
-        assert pool.submit(*bad("R.prints")).result().count > 0
-        assert pool.submit(*GOOD).result().count > 0
+    with workers(1, rude) as pool:
+        assert pool.submit(make, *bad("R.prints")).result().count > 0
+        assert pool.submit(make, *GOOD).result().count > 0
     output, messages = capfd.readouterr()
     assert output == ""
     assert "what a plugin prints" in messages
@@ -107,13 +114,13 @@ def test_leaving_the_pool_ends_its_processes(
 ) -> None:
     for name in ("CATALOGUE_PLUGINS", "TEST_LOCKS"):
         monkeypatch.setenv(name, environment[name])
-    with Workers(2, rude.folders) as pool:
-        assert all(future.result().count for future in [pool.submit(*GOOD) for _ in range(4)])
+    with workers(2, rude) as pool:
+        assert all(future.result().count for future in [pool.submit(make, *GOOD) for _ in range(4)])
         with pytest.raises(AssertionError, match="still run"):
             all_gone(0.1)
     all_gone(1)
-    with pytest.raises(KeyboardInterrupt), Workers(2, rude.folders) as pool:  # noqa: PT012, the pool is what is interrupted
-        futures = [pool.submit(*GOOD) for _ in range(40)]
+    with pytest.raises(KeyboardInterrupt), workers(2, rude) as pool:  # noqa: PT012, the pool is what is interrupted
+        futures = [pool.submit(make, *GOOD) for _ in range(40)]
         futures[0].result()
         raise KeyboardInterrupt
     all_gone(1)
@@ -126,8 +133,8 @@ def test_without_threads_blocks_are_made_one_after_the_other(
     rude: Registry, monkeypatch: pytest.MonkeyPatch, processes: bool
 ) -> None:
     """Also where no process starts, as in a browser: then in this one, which what a plugin raises does not end."""
-    with Workers(2, rude.folders) as pool:
-        expected = pool.submit(*GOOD).result()
+    with workers(2, rude) as pool:
+        expected = pool.submit(make, *GOOD).result()
 
     def no_thread(_: object) -> None:
         raise RuntimeError("can't start new thread")
@@ -138,8 +145,8 @@ def test_without_threads_blocks_are_made_one_after_the_other(
     monkeypatch.setattr("threading.Thread.start", no_thread)
     if not processes:
         monkeypatch.setattr("subprocess.Popen", no_process)
-    with Workers(2, rude.folders) as pool:
-        asked = [pool.submit(*GOOD), pool.submit(*bad("R.raises")), pool.submit(*GOOD)]
+    with workers(2, rude) as pool:
+        asked = [pool.submit(make, *GOOD), pool.submit(make, *bad("R.raises")), pool.submit(make, *GOOD)]
         assert all(future.done() for future in asked)
         for future in asked[::2]:
             made = future.result()
@@ -159,19 +166,23 @@ def test_a_process_without_threads_makes_blocks() -> None:
         "import threading\n"
         "def no_thread(_): raise RuntimeError\n"
         "threading.Thread.start = no_thread\n"
-        "from catalogue.populate.worker import main\n"
+        "from catalogue.engines.worker import main\n"
         "main()"
     )
     root = str(Path(catalogue.__file__).parents[1])
-    task = pickle.dumps(("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"))
+    first = pickle.dumps((begin(()), LIMIT, 0))
+    task = first + pickle.dumps((make, ("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"), {}))
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=root, input=task, capture_output=True, timeout=120, check=True
     )
-    assert pickle.loads(done.stdout).count == 8
+    is_done, block = pickle.loads(done.stdout)
+    assert is_done
+    assert block.count == 8
 
 
 def test_a_process_that_makes_blocks_imports_no_database() -> None:
-    code = "import sys, catalogue.populate.worker; print({'sqlalchemy', 'alembic', 'pandas'} & {*sys.modules})"
+    code = "import sys, catalogue.engines.worker, catalogue.populate.make\n"
+    code += "print({'sqlalchemy', 'alembic', 'pandas'} & {*sys.modules})"
     root = str(Path(catalogue.__file__).parents[1])
     done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"

@@ -17,7 +17,7 @@ from starlette.testclient import TestClient
 import catalogue
 from catalogue.cli.serve import wish_form
 from catalogue.web.application import application
-from catalogue.web.desk import thread
+from catalogue.web.desk import Thread
 from catalogue.web.wish import Form
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def form() -> Form:
 @pytest.fixture(scope="session")
 def page(small_db: Path, form: Form) -> Iterator[TestClient]:
     """Return a client of the page of the small database."""
-    with TestClient(application(small_db, form, tokens=[TOKEN], make=thread), base_url="http://127.0.0.1") as client:
+    with TestClient(application(small_db, form, tokens=[TOKEN], make=Thread), base_url="http://127.0.0.1") as client:
         assert client.get("/", params={"token": TOKEN}).status_code == 200
         yield client
 

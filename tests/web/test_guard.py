@@ -18,7 +18,7 @@ from starlette.testclient import TestClient
 
 from catalogue import Catalogue
 from catalogue.web.application import application
-from catalogue.web.desk import thread
+from catalogue.web.desk import Thread
 from catalogue.web.guard import MAX_ADDRESS
 from catalogue.web.wish import MAX_CORNERS, MAX_ZONES, Form
 
@@ -34,7 +34,7 @@ def stranger(small_db: Path, form: Form, monkeypatch: pytest.MonkeyPatch) -> Ite
         raise AssertionError("a search was spent")
 
     monkeypatch.setattr(Catalogue, "find", spent)
-    with TestClient(application(small_db, form, tokens=[GOOD, ONCE], make=thread), base_url="http://127.0.0.1") as one:
+    with TestClient(application(small_db, form, tokens=[GOOD, ONCE], make=Thread), base_url="http://127.0.0.1") as one:
         yield one
 
 

@@ -28,7 +28,7 @@ from catalogue import StraightLine
 from catalogue.export import export
 from catalogue.web.application import application
 from catalogue.web.cards import mechanism
-from catalogue.web.desk import thread
+from catalogue.web.desk import Thread
 from catalogue.web.wish import Form
 
 BASE = {"path": "straight-line", "stroke": "150", "deviation": "0.5", "limit": "3"}
@@ -134,7 +134,7 @@ def machine(small: catalogue.Catalogue, fresh: Callable[[ExitStack], TestClient]
 @pytest.mark.slow
 def test_a_page_answers_in_any_order_as_alone(small_db: Path, small: catalogue.Catalogue, form: Form) -> None:
     def fresh(stack: ExitStack) -> TestClient:
-        page = application(small_db, form, tokens=["t"], make=thread)
+        page = application(small_db, form, tokens=["t"], make=Thread)
         client = stack.enter_context(TestClient(page, base_url="http://127.0.0.1"))
         client.get("/?token=t")
         return client

@@ -19,10 +19,11 @@ from starlette.testclient import TestClient
 
 import catalogue
 from catalogue import CatalogueError, StraightLine
+from catalogue.engines import Begin
 from catalogue.web import asked
 from catalogue.web.application import application
 from catalogue.web.cards import mechanism
-from catalogue.web.desk import Desk, thread
+from catalogue.web.desk import Desk, Thread
 from catalogue.web.own import EXAMPLE
 from catalogue.web.wish import Form
 from tests.curves import apart
@@ -55,7 +56,7 @@ def test_a_page_is_there_and_loads_nothing_from_elsewhere(page: TestClient, path
 
 
 def test_a_database_that_is_gone_is_service_unavailable(form: Form, tmp_path: Path) -> None:
-    page = application(tmp_path / "gone.db", form, tokens=[TOKEN], make=thread)
+    page = application(tmp_path / "gone.db", form, tokens=[TOKEN], make=Thread)
     with TestClient(page, base_url="http://127.0.0.1") as client:
         client.get("/", params={"token": TOKEN})
         assert client.get("/answers", params=WISH).status_code == 503
@@ -334,7 +335,7 @@ def in_a_loop(task: Coroutine[Any, Any, None]) -> None:
 
 def in_threads(test: Callable[[Desk], object]) -> None:
     async def run() -> None:
-        desk = Desk(lambda _: None, thread)
+        desk = Desk(Begin(int), Thread)
         try:
             await test(desk)  # type: ignore[misc]  # an async function
         finally:
@@ -393,7 +394,7 @@ def test_a_wish_has_the_same_answer_before_and_after_another(
 ) -> None:
     base = {**WISH, "limit": "8", "stage": "refined"}
     wishes = [base, {**base, "per_series": "0"}, {**base, "round_to": "0"}, {**base, "distinct": "0"}]
-    with TestClient(application(small_db, form, tokens=[TOKEN], make=thread), base_url="http://127.0.0.1") as client:
+    with TestClient(application(small_db, form, tokens=[TOKEN], make=Thread), base_url="http://127.0.0.1") as client:
         client.get("/", params={"token": TOKEN})
         got = [client.get("/answers", params=wish) for wish in wishes[::order]][::order]
     assert [one.status_code for one in got] == [200, 200, 400, 200]
@@ -466,12 +467,11 @@ def test_slow_questions_leave_quick_ones_alone() -> None:
 def test_workers_that_are_killed_are_begun_anew(small_db: Path) -> None:
     import os
     import signal
-    from functools import partial
 
     from catalogue.web.desk import process
 
     async def run() -> None:
-        desk = Desk(partial(asked.begin, small_db, ()), process)
+        desk = Desk(asked.begin(small_db, ()), process)
         try:
             pid = await desk.ask("pid", desk.quick, _never, os.getpid)
             assert pid != os.getpid()

@@ -1,8 +1,8 @@
-"""What a worker process runs: read a task, answer with its block, until the pipe closes (see `workers`).
+"""Run a worker process: read a task, answer with its result, until the pipe closes.
 
-A thread waits at the pipe: when the calling process is done, or has been killed, this one ends at
-once, whatever a plugin is doing.  Should a plugin let no thread run, a watchdog that needs none
-ends it after `LIMIT`.
+See `processes`.  A thread waits at the pipe: when the calling process is done, or has been killed,
+this one ends at once, whatever a task is doing.  Should a task let no thread run, a watchdog that
+needs none ends it after its time limit.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import faulthandler
 import os
 import pickle  # nosec B403  # of what the process that started this one sends
 import signal
-import sys
 import threading
 import warnings
 from contextlib import suppress
@@ -21,17 +20,16 @@ from queue import SimpleQueue
 from typing import Any, BinaryIO
 
 from ..errors import PluginError, WorkerKilled, one_line
-from ..plugin.registry import Registry
-from .block import LIMIT, Block, block
 
-#: How much longer than the calling process the watchdog waits [s].
+#: Extra time of the watchdog over the calling process [s].
 GRACE = 10.0
 
 
 def main() -> None:
-    """Answer tasks from standard input with a `Block` or an error.
+    """Answer tasks from standard input with (True, result) or (False, error).
 
-    The streams are moved away from those that a plugin reads and prints to.
+    The first message prepares the worker.  The streams are moved away from those that a plugin
+    reads and prints to.
     """
     source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", buffering=0)
     with Path(os.devnull).open("rb") as nothing:
@@ -43,30 +41,51 @@ def main() -> None:
     following = tasks.get
     try:
         threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
-    except RuntimeError:  # a full process table: a pipe that closes is seen after the block
+    except RuntimeError:  # a full process table: a pipe that closes is seen after the task
         following = partial(_read, source)
-    registry, process = Registry(sys.argv[1:]), os.getpid()
+    process = os.getpid()
+    begin, limit, niceness = following()
+    if niceness and hasattr(os, "nice"):
+        os.nice(niceness)
+    failure = None
+    try:
+        if begin is not None:
+            begin()
+    except BaseException as error:
+        failure = error
     with Path(os.devnull).open("w") as nowhere:
         while True:
-            code, *rest = following()
-            with suppress(RuntimeError):
-                faulthandler.dump_traceback_later(LIMIT + GRACE, exit=True, file=nowhere)
-            answer = _answer(registry, code, *rest)
+            function, arguments, keywords = following()
+            if limit is not None:
+                with suppress(RuntimeError):
+                    faulthandler.dump_traceback_later(limit + GRACE, exit=True, file=nowhere)
+            answer = (False, failure) if failure is not None else _answer(function, arguments, keywords)
             if os.getpid() != process:  # a plugin has forked it
                 os._exit(0)
-            view = memoryview(pickle.dumps(answer))
+            view = memoryview(_pickled(answer))
             while view:  # an unbuffered pipe may take a part only
                 view = view[sink.write(view) :]
             faulthandler.cancel_dump_traceback_later()
 
 
-def _answer(registry: Registry, code: str, *rest: Any) -> Block | PluginError:
+def _answer(function: Any, arguments: Any, keywords: Any) -> tuple[bool, Any]:
     try:
-        return block(registry.get(code), *rest)
+        return True, function(*arguments, **keywords)
     except MemoryError as error:
-        return WorkerKilled(one_line(error))
+        return False, WorkerKilled(one_line(error))
     except BaseException as error:
-        return PluginError(one_line(error))
+        return False, error
+
+
+def _pickled(answer: tuple[bool, Any]) -> bytes:
+    """Pickle an answer; an error that cannot be, or not back, as a `PluginError` of one line."""
+    try:
+        content = pickle.dumps(answer)
+        if not answer[0]:
+            pickle.loads(content)  # nosec B301  # made in the line above
+    except Exception as error:
+        return pickle.dumps((False, PluginError(one_line(error if answer[0] else answer[1]))))
+    return content
 
 
 def _read(source: BinaryIO) -> Any:
