@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from .problem.constraints import ConstraintArguments, Constraints
     from .problem.path import CircularArc, StraightLine
     from .problem.problem import Request
+    from .study.study import Study
 
 _HOME = {
     "Candidate": "find.candidate",
@@ -82,6 +83,7 @@ _HOME = {
     "StandStill": "find.dwell_results",
     "StraightLine": "problem.path",
     "Stretch": "find.measure",
+    "Study": "study.study",
     "classify": "api",
     "curvature": "curvature_theory.analysis",
     "guide": "find.own_guide",
@@ -122,6 +124,7 @@ __all__ = [
     "StandStill",
     "StraightLine",
     "Stretch",
+    "Study",
     "__version__",
     "classify",
     "curvature",

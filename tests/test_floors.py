@@ -15,7 +15,7 @@ ROOT = Path(catalogue.__file__).parent
 FLOORS = (
     ("errors", "interrupt", "markup"),
     ("folders", "foreign_code", "given", "html_table", "installed", "progress", "threads", "units"),
-    ("kinematics", "paper"),
+    ("engines", "kinematics", "paper"),
     ("chains", "curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),
@@ -23,6 +23,7 @@ FLOORS = (
     ("search", "plugin"),
     ("populate", "find"),
     ("api",),
+    ("study",),
     ("web",),
     ("cli", "testing"),
     ("__main__",),

@@ -197,6 +197,7 @@ SPATIAL = Commands(
         "build": "build",
         "classify": "classify",
         "census": "census",
+        "study": "study",
         "show": "show",
         "sheet": "sheet",
         "measure": "measure",

@@ -186,6 +186,24 @@ def text_of(held: dict[str, Any]) -> str:
     return json.dumps(held, sort_keys=True, allow_nan=False)
 
 
+def candidate_of(text: str) -> Candidate:
+    """Restore a candidate from the text of its record, for a start: it is not measured again.
+
+    Raises
+    ------
+    InvalidRequest
+        If the record is damaged.
+    """
+    try:
+        held = json.loads(text)
+        if held.pop("kind") != "Candidate":
+            raise InvalidRequest("it is no answer of a find")
+        one: Candidate = _sound(Candidate(**held))
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
+        raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
+    return one
+
+
 def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
     """Restore an answer from a record with its code.
 

@@ -21,7 +21,7 @@ from ..kinematics.linkage import Linkage, faults
 from ..kinematics.types import Array, Floats
 from . import engine as files
 from . import seal
-from .engine import IMPOSSIBLE, bring_up_to_date, check_seal, database_errors, engine_for, unseal
+from .engine import CATALOGUE, IMPOSSIBLE, Layout, bring_up_to_date, check_seal, database_errors, engine_for, unseal
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine, Select
@@ -148,7 +148,9 @@ class Database:
         return files.connect(self.path, writable=self.writable)
 
     @classmethod
-    def open(cls, path: str | PathLike[str], *, create: bool = True, writable: bool = True) -> Database:
+    def open(
+        cls, path: str | PathLike[str], *, create: bool = True, writable: bool = True, layout: Layout = CATALOGUE
+    ) -> Self:
         """Open a database file, upgrading an older one after a backup.
 
         Parameters
@@ -158,6 +160,8 @@ class Database:
             Create a missing file with its folders.
         writable : bool
             Otherwise the file must exist and be current, and is only read.
+        layout : Layout
+            Kind of file.
 
         Raises
         ------
@@ -174,8 +178,8 @@ class Database:
             if not (create and writable) and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
             if writable:
-                bring_up_to_date(path)
-            elif files.revision(path) != files.revisions()[-1]:
+                bring_up_to_date(path, layout)
+            elif files.revision(path, layout) != files.revisions(layout)[-1]:
                 raise DatabaseError(f"{path} is not of this version: `catalogue build` brings it up to date")
         return cls(path, writable=writable)
 

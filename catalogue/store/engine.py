@@ -10,8 +10,10 @@ import os
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
 from filecmp import cmp
 from functools import partial
+from importlib import import_module
 from itertools import chain, count
 from pathlib import Path
 from stat import S_IMODE
@@ -135,15 +137,29 @@ def unseal(connection: Connection, path: Path) -> None:
     driver.execute(seal.REMOVE)
 
 
-_OURS = {"alembic_version", "mechanism", "guide"}
+@dataclass(frozen=True)
+class Layout:
+    """A kind of file: its tables, and the folder of its migrations."""
+
+    what: str  #: name in messages
+    tables: frozenset[str]  #: some of its tables, by which it is told from other databases
+    versions: str  #: folder below `migrations`
+    models: str  #: module of its tables, with their `Base`
+    is_described: bool = False  #: whether it holds views and a description of its tables
 
 
-def revisions() -> list[str]:
+#: A catalogue of guides.
+CATALOGUE = Layout(
+    "of the catalogue", frozenset({"mechanism", "guide"}), "versions", "catalogue.store.models", is_described=True
+)
+
+
+def revisions(layout: Layout = CATALOGUE) -> list[str]:
     """Return the known revisions in order: a migration's file name starts with its number, which is its revision."""
-    return sorted(file.stem.split("_")[0] for file in (folder("migrations") / "versions").glob("[0-9]*.py"))
+    return sorted(file.stem.split("_")[0] for file in (folder("migrations") / layout.versions).glob("[0-9]*.py"))
 
 
-def revision(path: Path) -> str | None:
+def revision(path: Path, layout: Layout = CATALOGUE) -> str | None:
     """Read the revision of the tables in the file `path`; None for a missing or empty file.
 
     Raises
@@ -159,13 +175,14 @@ def revision(path: Path) -> str | None:
         tables = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         if not tables:
             return None
-        found = connection.execute("SELECT version_num FROM alembic_version").fetchall() if tables >= _OURS else []
+        ours = tables >= layout.tables | {"alembic_version"}
+        found = connection.execute("SELECT version_num FROM alembic_version").fetchall() if ours else []
     if len(found) != 1:
-        raise DatabaseError(f"{path} is a database, but not one of the catalogue: name another with --db")
+        raise DatabaseError(f"{path} is a database, but not one {layout.what}: name another")
     return str(found[0][0])
 
 
-def bring_up_to_date(path: Path) -> None:
+def bring_up_to_date(path: Path, layout: Layout = CATALOGUE) -> None:
     """Create the tables in the file `path`, or upgrade older ones.
 
     An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy of each
@@ -178,15 +195,15 @@ def bring_up_to_date(path: Path) -> None:
     DatabaseError
         If an upgrade fails; the file is then as it was.
     """
-    found = revision(path)
-    known = revisions()
+    found = revision(path, layout)
+    known = revisions(layout)
     if found == known[-1]:
         return
     if found is None:
         make_folder(path.parent)
         with suppress(FileExistsError):  # SQLite would leave out what the umask gives to the group
             path.touch(exist_ok=False)
-        _migrate(path)
+        _migrate(path, layout)
     elif found not in known:
         raise DatabaseTooNew(
             f"{path} was written by a newer version of the catalogue (revision {found}, this one knows {known[-1]}): "
@@ -195,7 +212,7 @@ def bring_up_to_date(path: Path) -> None:
     else:
         try:
             with database_errors(path):
-                _migrate(path)
+                _migrate(path, layout)
         except Exception as error:  # a migration may fail in any way, and the user must hear that nothing is lost
             reason = (str(error) or repr(error)).splitlines()[0]
             raise DatabaseError(
@@ -233,16 +250,19 @@ def _backed_up(path: Path, found: str) -> Iterator[None]:
         raise
 
 
-def _migrate(path: Path) -> None:
+def _migrate(path: Path, layout: Layout) -> None:
     """Run the missing migrations and renew the description, in one transaction, after a backup."""
     from alembic import command
     from alembic.config import Config
 
-    from .models import Base
     from .schema import describe, drop_views
 
+    base = import_module(layout.models).Base
     config = Config()
-    config.set_main_option("script_location", str(folder("migrations")).replace("%", "%%"))
+    place = str(folder("migrations")).replace("%", "%%")
+    config.set_main_option("script_location", place)
+    config.set_main_option("path_separator", "newline")  # a folder may have a colon in its name
+    config.set_main_option("version_locations", f"{place}/{layout.versions}")
     engine = engine_for(path)
     try:
         with engine.connect().execution_options(immediate=True) as connection:
@@ -250,16 +270,18 @@ def _migrate(path: Path) -> None:
             # cascade.  The switch does nothing inside a transaction, hence the bare cursor.
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
             with ExitStack() as stack, connection.begin():
-                older = revision(path)  # another process may have been faster
-                if older == revisions()[-1]:
+                older = revision(path, layout)  # another process may have been faster
+                if older == revisions(layout)[-1]:
                     return
                 unseal(connection, path)
                 if older is not None:
                     stack.enter_context(_backed_up(path, older))
-                config.attributes.update(connection=connection, metadata=Base.metadata)
-                drop_views(connection)  # SQLite renames no table that a view reads
+                config.attributes.update(connection=connection, metadata=base.metadata)
+                if layout.is_described:
+                    drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")
-                describe(connection)
+                if layout.is_described:
+                    describe(connection)
                 orphans = connection.exec_driver_sql("PRAGMA foreign_key_check").fetchall()
                 if orphans:
                     raise DatabaseError(f"{path} has {len(orphans)} rows without the row they refer to")

@@ -234,7 +234,7 @@ def test_failed_copy_leaves_none(
     with closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN EXCLUSIVE")
         monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
-        monkeypatch.setattr("catalogue.store.engine.revision", lambda _: HEAD)
+        monkeypatch.setattr("catalogue.store.engine.revision", lambda *_: HEAD)
         with pytest.raises(DatabaseError, match="locked"):
             Database.open(filled)
     assert not list(filled.parent.glob("*.backup*"))

@@ -1,0 +1,286 @@
+"""Run a study: rounds of tasks, each decided by the results of the rounds before.
+
+Round 0 answers each request after all tighter ones, with their answers as starts.  Round 1 asks
+requests without an answer again, from the answers to looser ones.  Further rounds go back where an
+answer to a tighter request is better than the own ones, judged by the own ranking, until none is.
+At last each request without an answer gets advice: the change to the nearest looser request that
+has one.  All decisions depend on results of earlier rounds alone, so that neither the engine nor a
+killed process changes the table.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections import defaultdict
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..engines import Engine
+from ..errors import PluginError, WorkerKilled
+from ..problem.problem import Request
+from . import task
+from .order import Order, takes_starts
+from .results_file import ResultsFile
+from .task import Done
+
+#: Time between two writes of results [s]: so much work is lost by a kill.
+PAUSE = 0.5
+#: Tasks that wait for each worker.
+AHEAD = 3
+#: Requests whose answers are starts.
+NEIGHBOURS = 3
+#: Answers of each of them but the first.
+EACH = 3
+#: Rounds that go back at most: a better start may lead to an answer that is better elsewhere too.
+BACK = 4
+#: Difference of costs that counts: above the rounding of a guide that is laid and measured again.
+WORSE = 1e-7
+#: Answers whose costs a task computes.
+CHUNK = 64
+
+
+@dataclass(frozen=True)
+class State:
+    """State of a study, as it is reported after each result."""
+
+    done: int  #: tasks of this round with a result
+    wanted: int  #: tasks of this round
+    round: int
+    seconds: float  #: since the start, by the clock on the wall
+
+    @property
+    def left(self) -> float:
+        """Estimate of the time that this round still takes [s]."""
+        return self.seconds / self.done * (self.wanted - self.done) if self.done else math.inf
+
+
+Report = Callable[[State], None]
+#: Arguments of `task.answer` for a request: starts, and whether they are warm.
+Starts = tuple[list[str], bool]
+
+
+@dataclass
+class Run:
+    """A run of a study on an engine."""
+
+    file: ResultsFile
+    pool: Engine
+    report: Report = lambda _: None
+    _clock: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.texts = self.file.requests()
+        self.numbers = [*self.texts]
+        self.requests = [Request.from_json(text) for text in self.texts.values()]
+        self.tighter: dict[int, list[int]] = {}
+        self.nearest: dict[int, list[int]] = {}
+        self.looser: defaultdict[int, list[int]] = defaultdict(list)
+        for index, below, near in Order.of(self.requests).tighter():
+            number = self.numbers[index]
+            self.tighter[number] = [self.numbers[i] for i in below]
+            self.nearest[number] = [self.numbers[i] for i in near] if takes_starts(self.requests[index]) else []
+            for i in below:
+                self.looser[self.numbers[i]].append(number)
+        self.request = dict(zip(self.numbers, self.requests, strict=True))
+
+    def run(self) -> None:
+        """Run all rounds that are left."""
+        self._first_round()
+        self._again()
+        for place in range(2, 2 + BACK):
+            if not self._back(place):
+                break
+        self._advise(2 + BACK)
+
+    # -- rounds ------------------------------------------------------------------------------
+    def _first_round(self) -> None:
+        """Answer each request when those that it starts from are answered."""
+        done = self.file.of_round(0)
+        waiting = {n: {one for one in self.nearest[n] if one not in done} for n in self.tighter if n not in done}
+        followers: defaultdict[int, list[int]] = defaultdict(list)
+        for number, ones in waiting.items():
+            for one in ones:
+                followers[one].append(number)
+        ready = [number for number, ones in waiting.items() if not ones]
+
+        def finished(number: int) -> list[int]:
+            free = []
+            for one in followers[number]:
+                waiting[one].discard(number)
+                if not waiting[one]:
+                    free.append(one)
+            return free
+
+        self._tasks(0, ready, len(waiting), self._warm, finished)
+
+    def _warm(self, number: int) -> Starts:
+        """Return the answers to the nearest tighter requests, as starts."""
+        starts: list[str] = []
+        for place, near in enumerate(self.nearest[number][:NEIGHBOURS]):
+            starts += self._kept(near, 0, None if not place else EACH)
+        return list(dict.fromkeys(starts)), bool(starts)
+
+    def _again(self) -> None:
+        """Ask requests without an answer again, from the answers to the nearest looser ones."""
+        state = self.file.done(before=1)
+        near: defaultdict[int, list[int]] = defaultdict(list)
+        for number, ones in self.nearest.items():
+            for one in ones:
+                if state[one][1] == "none" and state[number][1] == "answers":
+                    near[one].append(number)
+        wanted = [number for number in self.numbers if number in near]
+
+        def starts(number: int) -> Starts:
+            return [text for one in near[number][:NEIGHBOURS] for text in self._kept(one, 0, EACH)], False
+
+        self._round(1, wanted, starts)
+
+    def _back(self, place: int) -> bool:
+        """Go back where a tighter request has a better answer; tell whether there was any."""
+        better = self._better(place)
+        if not better:
+            return False
+        state = self.file.done(before=place)
+
+        def starts(number: int) -> Starts:
+            own, other = (self._kept(one, state[one][0]) for one in (number, better[number]))
+            return list(dict.fromkeys([other[0], *own])), True
+
+        self._round(place, [*better], starts)
+        return True
+
+    def _better(self, place: int) -> dict[int, int]:
+        """Return, for each request with a better answer to a tighter one, the number of that."""
+        state = self.file.done(before=place)
+        with_answers = {number for number, (_, status, _) in state.items() if status == "answers"}
+        best = self.file.records({number: state[number][0] for number in with_answers}, 1)
+        judged = self._judged(with_answers, best)
+        found = {}
+        for number in self.numbers:
+            below = [one for one in self.tighter[number] if one in with_answers]
+            if not below or not takes_starts(self.request[number]):
+                continue
+            costs = np.array([judged[self._ranking(number)][one] for one in below])
+            least = int(np.argmin(costs))
+            own = state[number][2] if number in with_answers else None
+            if own is None or costs[least] < own - WORSE * max(1.0, abs(own)):
+                found[number] = below[least]
+        return found
+
+    def _ranking(self, number: int) -> tuple[Any, Any]:
+        """Return what the cost of a linkage depends on: the path and the ranking of a request."""
+        request = self.request[number]
+        return request.path, (request.rank_by, request.desires, request.constraints.play)
+
+    def _judged(self, numbers: set[int], best: Mapping[int, list[str]]) -> dict[tuple[Any, Any], dict[int, float]]:
+        """Compute the costs of the best answers by the rankings of all looser requests."""
+        wanted: defaultdict[tuple[Any, Any], dict[int, None]] = defaultdict(dict)
+        judge: dict[tuple[Any, Any], int] = {}
+        for number in self.numbers:
+            if not takes_starts(self.request[number]):
+                continue
+            ranking = self._ranking(number)
+            judge.setdefault(ranking, number)
+            wanted[ranking] |= dict.fromkeys(one for one in self.tighter[number] if one in numbers)
+        asked: list[tuple[tuple[Any, Any], list[int], Future[Any]]] = []
+        for ranking, ones in wanted.items():
+            each = [*ones]
+            for start in range(0, len(each), CHUNK):
+                part = each[start : start + CHUNK]
+                texts = [best[one][0] for one in part]
+                future = self.pool.submit(task.costs, self.texts[judge[ranking]], texts)
+                asked.append((ranking, part, future))
+        found: dict[tuple[Any, Any], dict[int, float]] = defaultdict(dict)
+        for ranking, part, future in asked:
+            found[ranking] |= dict(zip(part, future.result(), strict=True))
+        return found
+
+    def _advise(self, place: int) -> None:
+        """Advise requests without an answer: the change to the nearest looser one with some."""
+        state = self.file.done(before=place)
+        told = self.file.of_round(place)
+        advised = {row["id"] for row in self.file.last() if row["advice"]}
+        results = []
+        for number in self.numbers:
+            if state[number][1] != "none" or number in told or number in advised:
+                continue
+            above = [one for one in self.looser[number] if state[one][1] == "answers"]
+            if above:
+                changes = [_changes(self.request[number], self.request[one]) for one in above]
+                nearest = min(changes, key=lambda one: (len(one), [change[0] for change in one]))
+                results.append((number, place, Done(reason="no guide found", advice=(nearest,))))
+            elif above := self.looser[number]:
+                reason = f"no guide found, and none for request {above[-1]}, which is looser: see its advice"
+                results.append((number, place, Done(reason=reason)))
+        self.file.write(results)
+
+    # -- tasks -------------------------------------------------------------------------------
+    def _kept(self, number: int, place: int, most: int | None = None) -> list[str]:
+        return self.file.records({number: place}, most)[number]
+
+    def _round(self, place: int, wanted: Sequence[int], starts: Callable[[int], Starts]) -> None:
+        done = self.file.of_round(place)
+        left = [number for number in wanted if number not in done]
+        self._tasks(place, left, len(left), starts, lambda _: [])
+
+    def _tasks(
+        self,
+        place: int,
+        ready: list[int],
+        wanted: int,
+        starts: Callable[[int], Starts],
+        finished: Callable[[int], list[int]],
+    ) -> None:
+        """Run the tasks of a round as they become ready, and write their results."""
+        running: dict[Future[Done], int] = {}
+        unwritten: list[tuple[int, int, Done]] = []
+        ready = ready[::-1]
+        count, clock, written = 0, time.monotonic(), time.monotonic()
+        while ready or running:
+            while ready and len(running) < AHEAD * self.pool.count:
+                number = ready.pop()
+                texts, warm = starts(number)
+                advise = not place and not self.looser[number]
+                future = self.pool.submit(task.answer, self.texts[number], texts, warm=warm, advise=advise)
+                running[future] = number
+            done, _ = wait(running, timeout=PAUSE, return_when=FIRST_COMPLETED)
+            free: list[int] = []
+            for future in sorted(done, key=lambda one: running[one]):
+                number = running.pop(future)
+                unwritten.append((number, place, _result(future)))
+                free.append(number)
+            followers = [one for number in free for one in finished(number)]
+            if unwritten and (followers or not running or time.monotonic() - written > PAUSE):
+                self.file.write(unwritten)
+                unwritten, written = [], time.monotonic()
+            ready += sorted(followers, reverse=True)
+            count += len(free)
+            if free:
+                self.report(State(count, wanted, place, time.monotonic() - clock))
+        self.file.write(unwritten)
+
+
+def _result(future: Future[Done]) -> Done:
+    try:
+        return future.result()
+    except WorkerKilled as error:
+        return Done(reason=str(error), failed=True)
+    except PluginError as error:
+        return Done(reason=str(error), failed=True)
+
+
+def _changes(asked: Request, looser: Request) -> tuple[tuple[str, str, str], ...]:
+    """Return the bounds in which a looser request differs: name, value, value asked for."""
+    one, other = asked.to_row(), looser.to_row()
+    names = [name for name in dict.fromkeys([*one, *other]) if one.get(name) != other.get(name)]
+    return tuple((name, _text(other.get(name)), _text(one.get(name))) for name in names)
+
+
+def _text(value: Any) -> str:
+    return "" if value is None else value if isinstance(value, str) else json.dumps(value)
