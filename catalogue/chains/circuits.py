@@ -7,9 +7,7 @@ touch such a position, at a change point, goes on there with another branch: so 
 motion.  Where slides become parallel the chain runs to infinity, and the circuit is open.
 
 The ends are zeros of the squared sines of `poses`, found by bisection; minima below `CHANGE` are
-change points.  At both a squared sine is the small difference of lengths: there the joints keep
-their distances to rounding, but where the chain is on its way is known to the root of rounding
-only.
+change points.  Near them `charts` keep the digits that a small difference of lengths loses.
 """
 
 from __future__ import annotations
@@ -19,12 +17,14 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
 from ..errors import InvalidLinkage
 from ..kinematics.circuits import OPEN, SWING, TURN
 from ..kinematics.motion import CHANGE, Pose
 from ..kinematics.types import Array, Floats, Indices, Mask
 from .chain import Chain
+from .charts import CHART, NODES, Charts, fit_charts
 from .poses import Poses, poses
 from .structure import PRP, RPP
 
@@ -50,6 +50,8 @@ class FollowOptions:
     minimum_rounds, minimum_samples, bisections : int
         Rounds of the search for a minimum, each to an eighth, and its samples; rounds of bisection,
         beyond the bits of a double.
+    together : float
+        Distance of two minima below which they are one change point [steps].
     dead : float
         Squared sine at an end below which a dyad is at its dead point beside that which ends it.
     max_pieces : int
@@ -67,6 +69,7 @@ class FollowOptions:
     minimum_rounds: int = 9
     minimum_samples: int = 17
     bisections: int = 60
+    together: float = 1e-3
     dead: float = 1e-12
     max_pieces: int = 64
     max_turns: int = 4
@@ -83,6 +86,10 @@ class Event(IntEnum):
     CHANGE_POINT = 2
     INFINITY = 3
     NONE = 4
+
+
+#: Fields of `ChainCircuits` whose last axis runs along the chains.
+PER_CHAIN = ("of", "kind", "period", "phase", "width", "low", "high", "bounds", "branch")
 
 
 @dataclass(frozen=True)
@@ -108,6 +115,8 @@ class ChainCircuits:
         Phases at which the pieces end; infinite where there are fewer.
     branch : ndarray, shape (p, d, n)
         Signs of the dyads on each piece.
+    charts : Charts
+        At the ends of the pieces.
     """
 
     chain: Chain
@@ -121,13 +130,14 @@ class ChainCircuits:
     high: Floats
     bounds: Floats
     branch: Floats
+    charts: Charts
 
     def __len__(self) -> int:
         return len(self.of)
 
     def __getitem__(self, index: Any) -> ChainCircuits:
-        rest = (self.kind, self.period, self.phase, self.width, self.low, self.high, self.bounds, self.branch)
-        return ChainCircuits(self.chain[index], self.bar, self.of[index], *(array[..., index] for array in rest))
+        arrays = {name: getattr(self, name)[..., index] for name in PER_CHAIN}
+        return replace(self, chain=self.chain[index], charts=self.charts[index], **arrays)
 
     @property
     def is_immobile(self) -> Mask:
@@ -139,21 +149,39 @@ class ChainCircuits:
         """Number of legs, (n,)."""
         return np.rint(self.period / self.width).astype(int)
 
-    def drive(self, s: Floats) -> tuple[Floats, Array]:
-        """Return the drive at phases (m, n), and the branch there, shape (d, m, n)."""
-        turns = self.kind == TURN
+    def drive(self, s: Floats) -> tuple[Floats, Array, Floats | None]:
+        """Return drive (m, n), branch and known sines (d, m, n) at phases (m, n)."""
         inside = np.where(self.kind == OPEN, np.clip(s, 0, self.period), np.mod(s, self.period))
         known = np.where(np.isnan(inside), 0.0, inside)
-        piece = (known >= self.bounds[:, None]).sum(0)
-        piece = np.minimum(piece, np.isfinite(self.bounds).sum(0) - 1)
+        count = np.isfinite(self.bounds).sum(0)
+        piece = np.minimum((known >= self.bounds[:, None]).sum(0), count - 1)
         leg = np.minimum((known / self.width).astype(int), self.leg_count - 1)
         column = np.arange(len(self))
         low, high = self.low[leg, column], self.high[leg, column]
         share = 0.5 * np.pi * (inside / self.width - leg)
-        drive = low + (high - low) * np.sin(share) ** 2
-        drive = np.where(share > 0.25 * np.pi, high - (high - low) * np.cos(share) ** 2, drive)
+        begun, left = (high - low) * np.sin(share) ** 2, (high - low) * np.cos(share) ** 2
+        turns = self.kind == TURN
+        drive = np.where(share > 0.25 * np.pi, high - left, low + begun)
+        drive = np.where(turns, inside, drive)
         branch = np.moveaxis(self.branch[piece, :, column], -1, 0)
-        return np.where(turns, s, drive), branch
+        return np.where(turns, s, drive), branch, self._near(drive, np.abs(begun), np.abs(left), piece, count)
+
+    def _near(self, drive: Floats, begun: Floats, left: Floats, piece: Array, count: Array) -> Floats | None:
+        """Return the sines of dyads near the ends of pieces, by their charts."""
+        if not self.charts.reach.any():
+            return None
+        column, found = np.broadcast_to(np.arange(len(self)), drive.shape), None
+        # at the end of a piece x is negative, at the begin of the next one positive
+        before = np.where(piece > 0, piece - 1, count - 1)
+        for end, side, way in ((piece, -1.0, left), (before, 1.0, begun)):
+            reach = self.charts.reach[end, column]
+            dead = self.charts.is_dead[end, column]
+            x = side * np.where(dead, np.sqrt(way), np.abs(drive - self.charts.drive[end, column]))
+            near = np.abs(x) < reach
+            if near.any():
+                found = np.full((len(self.chain.structure.dyads), *drive.shape), np.nan) if found is None else found
+                found[:, near] = self.charts.sines(end[near], column[near], x[near])
+        return found
 
     def poses(self, s: Floats) -> Poses:
         """Compute the poses of all bars at phases (m, n)."""
@@ -275,7 +303,10 @@ class _Pieces:
             phase = np.where(home, given, phase)
         kind = np.where(turns, TURN, np.where(walk.open, OPEN, SWING))
         period = np.where(turns, walk.period, width * legs)
-        return ChainCircuits(chain, bar, column, kind, period, phase, width, low, high, bounds, sign)
+        start, end = (np.where(there, values, np.nan) for values in (start, end))
+        zeros = [there & (event == one) for one in (Event.DEAD_POINT, Event.CHANGE_POINT)]
+        charts = fit_charts(chain, start, end, sign, *zeros)
+        return ChainCircuits(chain, bar, column, kind, period, phase, width, low, high, bounds, sign, charts)
 
 
 def _share(drive: Floats, low: Floats, high: Floats) -> Floats:
@@ -373,10 +404,15 @@ def _next_event(
     dip = (inner < FOLLOW.shallow) & (inner <= found.sines[:, :-2]) & (inner < found.sines[:, 2:])
     dyad, row, which = np.nonzero(dip & (t[1:-1, None] < first))
     if len(which):
-        place, least = _minimum(lambda x: squares(which, x)[dyad, :, np.arange(len(which))].T, row + 1.0)
+        own = np.arange(len(which))
+        place, least = _minimum(lambda x: squares(which, x)[dyad, :, own].T, row + 1.0)
+        exact = _double_zero(lambda x: squares(which, x)[dyad, :, own].T, place)
         crossed = least < -CHANGE
         touched = ~crossed & (least <= CHANGE)
-        np.minimum.at(touch, which[touched], place[touched])
+        # dyads that hang on one at its change point have theirs there: the first one says where
+        for k in np.flatnonzero(touched)[np.lexsort((dyad[touched], which[touched]))]:
+            if place[k] < touch[which[k]] - FOLLOW.together:
+                touch[which[k]] = exact[k]
         for k in np.flatnonzero(crossed & (row < low[which])):
             if row[k] < low[which[k]]:
                 low[which[k]], high[which[k]], ends[which[k]] = float(row[k]), place[k], True
@@ -417,6 +453,18 @@ def _minimum(function: Any, near: Array) -> tuple[Floats, Floats]:
         low = x[np.maximum(least - 1, 0), column]
         high = x[np.minimum(least + 1, len(share) - 1), column]
     return x[least, column], values[least, column]
+
+
+def _double_zero(function: Any, near: Floats) -> Floats:
+    """Return the minima of a smooth function near places (k,), by polynomials on either side."""
+    series = chebyshev.chebfit(NODES, np.nan_to_num(function(near + NODES[:, None])), CHART.degree)
+    first, second = chebyshev.chebder(series), chebyshev.chebder(series, 2)
+    off = np.zeros_like(near)
+    for _ in range(3):
+        slope, bend = (chebyshev.chebval(off, part, tensor=False) for part in (first, second))
+        with np.errstate(all="ignore"):
+            off = off - np.nan_to_num(slope / bend)
+    return np.where(np.abs(off) < 0.1, near + off, near)
 
 
 def _bisected(holds: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:

@@ -94,7 +94,7 @@ class Poses:
         return self.point(min(self.chain.structure.on[joint]), self.chain.z[joint])
 
 
-def poses(chain: Chain, drive: Floats, branch: Array) -> Poses:
+def poses(chain: Chain, drive: Floats, branch: Array, known: Floats | None = None) -> Poses:
     """Compute the poses of chains.
 
     Parameters
@@ -104,6 +104,8 @@ def poses(chain: Chain, drive: Floats, branch: Array) -> Poses:
         Angle of the drive from its reference pose [rad]; of a slider its way [length].
     branch : ndarray, shape (d, n) or (d, m, n)
         Sign of the sine of each dyad, such as `chain.branch`.
+    known : ndarray, shape (d, m, n), optional
+        Sines without sign, from `charts`; NaN where they follow from their squares.
 
     Examples
     --------
@@ -124,7 +126,7 @@ def poses(chain: Chain, drive: Floats, branch: Array) -> Poses:
             if isinstance(group, Turn):
                 closing.turn_bar(group)
             else:
-                closing.close(group, dyad, signs[dyad])
+                closing.close(group, dyad, signs[dyad], None if known is None else known[dyad])
                 dyad += 1
     return Poses(chain, closing.drive, closing.at, closing.turn, closing.origin, closing.sines)
 
@@ -139,6 +141,7 @@ class _Closing:
         self.at, self.turn = np.zeros(shape, complex), np.ones(shape, complex)
         self.origin = np.zeros((len(structure.bars), n), complex)
         self.sines = np.empty((len(structure.dyads), *drive.shape))
+        self.known: Floats | None = None
         bar, link = structure.driver
         if link.is_slide:
             # what the bar carries is any joint of it
@@ -173,9 +176,17 @@ class _Closing:
         z, at = self._pin(group.pin)
         self._set(group.bar, z, at, turn)
 
-    def close(self, group: Dyad, number: int, sign: Array) -> None:
+    def close(self, group: Dyad, number: int, sign: Array, known: Floats | None) -> None:
         """Close a dyad on a branch."""
+        self.known = known
         {RRR: self._triangle, RRP: self._on_line, RPR: self._along}.get(group.kind, self._crossing)(group, number, sign)
+
+    def _root(self, square: Floats, sign: Array) -> Floats:
+        """Return a sine from its square and sign; 0 where rounding made the square negative."""
+        root = np.sqrt(np.where((square < 0) & (square > -CHANGE), 0.0, square))
+        if self.known is not None:
+            root = np.where(np.isnan(self.known), root, self.known)
+        return np.asarray(sign * root)
 
     def _triangle(self, group: Dyad, number: int, sign: Array) -> None:
         (z_a, a), (z_b, b) = (self._pin(link) for link in group.outer)
@@ -188,7 +199,7 @@ class _Closing:
         inside = (apart - np.abs(first - second)) * (apart + np.abs(first - second))
         square = self.sines[number] = outside * inside / (2 * first * second) ** 2
         along = 0.5 * (apart**2 + (first - second) * (first + second))
-        turn = turn_between(goal, way, along + 1j * first * second * _root(square, sign))
+        turn = turn_between(goal, way, along + 1j * first * second * self._root(square, sign))
         end = turn * way - goal
         self._set(group.first, z_a, a, turn)
         closed = end * back.conj()
@@ -201,7 +212,7 @@ class _Closing:
         normal, start = turned * 1j * self.chain.u[rail.joint], self._carried(rail.to, z_c)
         length, off = np.abs(way), dot(normal, start - a)
         square = self.sines[number] = (length - off) * (length + off) / length**2
-        turn = turn_between(normal, way, off + 1j * length * _root(square, sign))
+        turn = turn_between(normal, way, off + 1j * length * self._root(square, sign))
         self._set(group.first, z_a, a, turn)
         self._set(group.second, z_c, a + turn * way, turned)
 
@@ -211,7 +222,7 @@ class _Closing:
         goal, off = b - a, dot(normal, z_b - z_a)
         apart = np.abs(goal)
         square = self.sines[number] = (apart - np.abs(off)) * (apart + np.abs(off)) / apart**2
-        turn = turn_between(goal, normal, off + 1j * apart * _root(square, sign))
+        turn = turn_between(goal, normal, off + 1j * apart * self._root(square, sign))
         self._set(group.first, z_a, a, turn)
         self._set(group.second, z_b, b, turn)
 
@@ -235,11 +246,6 @@ class _Closing:
         at = np.where(sine > 0, at, np.nan)
         self._set(group.second, z, at, turned)
         self._set(group.first, z, at if group.kind == PRP else start, turn)
-
-
-def _root(square: Floats, sign: Array) -> Floats:
-    """Return a sine from its square and sign; 0 where rounding made the square negative."""
-    return np.asarray(sign * np.sqrt(np.where((square < 0) & (square > -CHANGE), 0.0, square)))
 
 
 def _power(turn: Complexes, exponent: int) -> Any:

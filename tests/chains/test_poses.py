@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.chains.chain import chain_of
+from catalogue.chains.chain import Chain, chain_of
 from catalogue.chains.circuits import circuits
 from catalogue.chains.poses import poses
+from catalogue.chains.structure import Structure
 from catalogue.errors import InvalidLinkage
 from catalogue.kinematics.circuits import SWING, TURN
 from catalogue.kinematics.circuits import circuits as two_dyads
@@ -105,9 +106,20 @@ def test_two_dyads_move_as_their_closed_form(name: str) -> None:
     # the chain starts with a growing angle of its crank, the linkage perhaps with one that falls
     ahead = 1.0 if known.kind[0] == TURN else np.sign(known.half[0] * np.sin(known.phase[0]))
     there = known.phase + ahead * (s - found.phase) * known.period / found.period
-    np.testing.assert_allclose(found.pose(s).point(point), known.pose(there).point(point), atol=2e-7)
-    away = np.abs(np.sin(s[:, 0])) > 0.05 if known.kind[0] == SWING else np.ones(len(s), bool)
-    np.testing.assert_allclose(found.pose(s).point(point)[away], known.pose(there).point(point)[away], atol=1e-12)
+    np.testing.assert_allclose(found.pose(s).point(point), known.pose(there).point(point), atol=1e-13)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@pytest.mark.parametrize("off", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3, 0.03])
+def test_no_digits_are_lost_at_a_dead_point(name: str, off: float) -> None:
+    linkage, point = Linkage([FAMILIES[name]]), np.array([2 + 1j])
+    known, chain = two_dyads(linkage)[:1], chain_of(linkage, point)
+    found = circuits(chain, chain.structure.number("coupler"))
+    if known.kind[0] != SWING:
+        return
+    s = np.array([[np.pi - off], [np.pi + off], [off], [2 * np.pi - off]])
+    there = known.phase + np.sign(known.half[0] * np.sin(known.phase[0])) * (s - found.phase)
+    np.testing.assert_allclose(found.pose(s).point(point), known.pose(there).point(point), atol=1e-13)
 
 
 def test_a_parallelogram_stays_one_through_its_change_points() -> None:
@@ -116,8 +128,23 @@ def test_a_parallelogram_stays_one_through_its_change_points() -> None:
     found = circuits(chain, 2)
     assert found.kind[0] == TURN
     assert found.period[0] == pytest.approx(2 * np.pi)
-    turn = found.poses(np.linspace(0, 2 * np.pi, 50)[:, None]).turn[2]
-    assert np.abs(turn - 1).max() < 1e-7
+    points = found.bounds[np.isfinite(found.bounds)]
+    near = (points[:-1, None] + np.array([0, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2])).ravel()
+    s = np.concatenate([np.linspace(0, 2 * np.pi, 50), near])
+    turn = found.poses(s[:, None]).turn[2]
+    assert np.abs(turn - 1).max() < 1e-13
+
+
+def test_two_parallelograms_one_after_the_other_stay_parallel() -> None:
+    """The second one passes its change points where the first one does."""
+    bars = {"frame": "AD", "crank": "AB", "coupler": "BC", "rocker": "CDG", "rod": "GH", "last": "HK"}
+    structure = Structure.of(bars | {"frame": "ADK"}, drive="crank")
+    joints = {"A": 0, "D": 4, "B": 1j, "C": 4 + 1j, "G": 4 + 1j, "K": 7, "H": 7 + 1j}
+    chain = Chain.of(structure, {**joints, "G": 4 + 1.5j, "H": 7 + 1.5j})
+    found = circuits(chain, 2)
+    assert found.kind[0] == TURN
+    turn = found.poses(np.linspace(0, 2 * np.pi, 361)[:, None]).turn
+    assert np.abs(turn[[2, 4]] - 1).max() < 1e-12
 
 
 def test_families_that_no_crank_drives_are_no_chains() -> None:

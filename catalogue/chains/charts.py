@@ -1,0 +1,143 @@
+"""Charts of chains through their dead and change points.
+
+There the squared sine of a dyad is a small difference of lengths, and its root, the sine, loses
+half the digits.  With x = 0 at the point, the squared sine is  x^2 q(x)  and q is smooth:  x is the
+angle of the drive from a change point, and the root of that angle from a dead point, where the
+drive runs back.  So q is fitted by a polynomial to squared sines some way off, where they are
+known, and the sine near the point is  x sqrt(q(x)).
+
+Source: analytic continuation through a simple and a double zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..kinematics.types import Array, Floats, Mask
+from .chain import Chain
+from .poses import poses
+
+
+@dataclass(frozen=True)
+class ChartOptions:
+    """How charts are fitted.
+
+    Attributes
+    ----------
+    nodes, degree : int
+        Places at which squared sines are taken, and the degree of the polynomial.
+    widest : float
+        Largest reach in the root of an angle [rad^(1/2)], and of an angle [rad]; of a slider that
+        drives, over the root of the size, and the size.
+    share : float
+        Reach over the distance of the next point, most.
+    halvings : int
+        Times that the reach is halved until the polynomial fits.
+    error : float
+        Largest error of a fitted squared sine: some tens of roundings.
+    """
+
+    nodes: int = 18
+    degree: int = 11
+    widest: float = 0.3
+    share: float = 0.4
+    halvings: int = 5
+    error: float = 1e-14
+
+
+CHART = ChartOptions()
+NODES = np.cos(np.pi * (np.arange(CHART.nodes) + 0.5) / CHART.nodes)
+
+
+@dataclass(frozen=True)
+class Charts:
+    """Charts at the ends of the pieces of n circuits; arrays (p, n) unless said.
+
+    Attributes
+    ----------
+    drive : ndarray
+        Drive at the point [rad or length].
+    is_dead : ndarray of bool
+        Whether it is a dead point.
+    reach : ndarray
+        Largest |x|; 0 where there is no chart.
+    q : ndarray, shape (p, d, c, n)
+        Coefficients of q by powers of x over the reach; NaN for dyads without a zero there.
+    """
+
+    drive: Floats
+    is_dead: Mask
+    reach: Floats
+    q: Floats
+
+    def __getitem__(self, index: Any) -> Charts:
+        return Charts(self.drive[:, index], self.is_dead[:, index], self.reach[:, index], self.q[..., index])
+
+    def sines(self, piece: Array, column: Array, x: Floats) -> Floats:
+        """Return the absolute sines of all dyads at places x (k,), shape (d, k)."""
+        q = self.q[piece, :, :, column]
+        t = (x / self.reach[piece, column])[:, None]
+        value = np.zeros(q.shape[:2])
+        for power in reversed(range(q.shape[2])):
+            value = value * t + q[..., power]
+        return np.asarray(np.abs(x) * np.sqrt(value).T)
+
+
+def fit_charts(chain: Chain, start: Floats, end: Floats, sign: Floats, is_dead: Mask, is_change: Mask) -> Charts:
+    """Fit charts at the ends of pieces (p, n), the next piece of each being known.
+
+    Parameters
+    ----------
+    chain : Chain
+    start, end : ndarray, shape (p, n)
+        Drive at both ends of each piece; those of the next piece follow, cyclically.
+    sign : ndarray, shape (p, d, n)
+        Branches.
+    is_dead, is_change : ndarray of bool, shape (p, n)
+    """
+    pieces, dyads, n = sign.shape
+    q = np.full((pieces, dyads, CHART.degree + 1, n), np.nan)
+    charts = Charts(end.copy(), is_dead, np.zeros((pieces, n)), q)
+    piece, column = np.nonzero(is_dead | is_change)
+    if not len(piece):
+        return charts
+    known = np.isfinite(end)
+    after = np.where(piece + 1 < known.sum(0)[column], piece + 1, 0)
+    dead = is_dead[piece, column]
+    lengths = np.abs(np.stack([end[p, column] - start[p, column] for p in (piece, after)])).min(0)
+    unit = chain.size[column] if chain.structure.is_pushed else np.ones(len(column))
+    widest = np.minimum(CHART.share * lengths / unit, CHART.widest)
+    widest = np.where(dead, np.minimum(CHART.share * np.sqrt(lengths / unit), CHART.widest), widest)
+    reach = widest * np.where(dead, np.sqrt(unit), unit)
+    zero = sign[piece, :, column] != sign[after, :, column]
+    vander = np.vander(NODES, CHART.degree + 1, increasing=True)
+    weight = NODES[:, None] ** 2
+    solve = np.linalg.pinv(weight * vander) * weight.T
+    open_ = np.arange(len(piece))
+    for _ in range(CHART.halvings):
+        p, next_, c, w = piece[open_], after[open_], column[open_], reach[open_]
+        x = NODES[:, None] * w
+        way = np.sign(end[p, c] - start[p, c])
+        drive = end[p, c] + way * np.where(dead[open_], -(x**2), x)
+        branch = np.where(x[:, None] < 0, sign[p, :, c].T, sign[next_, :, c].T)
+        squares = poses(chain[c], drive, np.moveaxis(branch, 1, 0)).sines
+        with np.errstate(all="ignore"):
+            fit = np.einsum("cj,djk->dck", solve, squares / x**2)
+            off = np.abs(np.einsum("jc,dck->djk", vander, fit) * x**2 - squares).max(1)
+            good = (off <= CHART.error) | ~zero[open_].T
+            # what is fitted must stay positive
+            good &= (np.einsum("jc,dck->djk", vander, fit).min(1) > 0) | ~zero[open_].T
+        fits = good.all(0)
+        some = open_[fits]
+        charts.reach[piece[some], column[some]] = reach[some]
+        charts.q[piece[some], :, :, column[some]] = np.where(
+            zero[some][:, :, None], np.moveaxis(fit[:, :, fits], -1, 0), np.nan
+        )
+        open_ = open_[~fits]
+        reach[open_] *= 0.5
+        if not len(open_):
+            break
+    return charts
