@@ -229,7 +229,9 @@ class Search:
 
     def _path(self, at: Stretches) -> Path:
         """Return the paths of windows by their phases."""
-        return self.curves[at.circuit].at
+        curves, of = self.curves, at.circuit  # not their tables, which are long
+        some, z, offset, sense = curves.circuits[of], curves.point[of], curves.offset[of], curves.sense[of]
+        return lambda s: np.asarray(some.pose(offset + sense * s).point(z))
 
     def _open(self, at: Stretches) -> Mask:
         """Return which windows are of open circuits."""
@@ -376,9 +378,9 @@ class Search:
 
     def numbered(self, at: Stretches) -> Stretches:
         """Return windows with the numbers of their circuits among all, and phases of these."""
-        some = self.curves[at.circuit]
-        ends = np.sort(np.stack([some.phase(at.low), some.phase(at.high)]), axis=0)
-        return replace(at, circuit=some.number, low=ends[0], high=ends[1])
+        of, offset, sense = at.circuit, self.curves.offset[at.circuit], self.curves.sense[at.circuit]
+        ends = np.sort(np.stack([offset + sense * at.low, offset + sense * at.high]), axis=0)
+        return replace(at, circuit=self.curves.number[of], low=ends[0], high=ends[1])
 
 
 def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
