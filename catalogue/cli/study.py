@@ -37,6 +37,13 @@ if TYPE_CHECKING:
         ),
         ENGINE,
         option("--table", "FILE", "Write a row a request, as CSV or Parquet by suffix.", OUTPUT),
+        option("--map", "FILE", "Draw the map of the two largest axes as a page of HTML.", OUTPUT),
+        option(
+            "--value",
+            "NAME",
+            "Value of the map: score, size, deviation, min_transmission or allowance.",
+            default="score",
+        ),
         FORCE,
         DB,
         PLUGINS,
@@ -47,6 +54,8 @@ def study(
     out: Path | None,
     engine: str,
     table: Path | None,
+    map: Path | None,
+    value: str,
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
@@ -57,7 +66,7 @@ def study(
     continue.
 
     \b
-    catalogue study chart.toml --engine processes:4 --table chart.csv
+    catalogue study chart.toml --engine processes:4 --table chart.csv --map chart.html
     """
     from ..api import open
     from ..study.study import Study
@@ -70,6 +79,8 @@ def study(
     found = asked.to_pandas()
     if table is not None:
         _write(found, table)
+    if map is not None:
+        asked.map(map, value=value)
     counts = Counter(found["status"])
     told = {"answers": "with answers", "none": "without, with advice", "failed": "failed"}
     print(

@@ -18,6 +18,7 @@ from ..errors import DatabaseError, InvalidRequest, quoted
 from ..find.answers import of_record
 from ..find.candidate import Candidate
 from ..find.explain import Advice, Relaxation
+from ..folders import replacing
 from ..given import several, whole
 from ..problem.problem import Request
 from ..store.digest import content_digest
@@ -258,17 +259,51 @@ class Study:
         """
         import pandas as pd
 
-        rows = []
+        rows, asked = [], []
         for row in self._file.last():
-            asked = Request.from_json(row["request"]).to_row()
+            asked.append(Request.from_json(row["request"]).to_row())
             offers = json.loads(row["advice"] or "[]")
             told = "; or ".join(" and ".join(f"{name} {value}".strip() for name, value, _ in offer) for offer in offers)
             best = json.loads(row["record"]) if row["record"] else {}
-            head = {"number": row["id"], **asked, "status": row["status"] or "open", "answers": row["answers"]}
+            head = {"number": row["id"], "status": row["status"] or "open", "answers": row["answers"]}
             why = {"reason": row["reason"] or "", "advice": told, "code": row["code"] or ""}
             numbers = {f"best_{name}": best.get(name) for name in SHOWN}
             rows.append({**head, **why, **numbers, **({"seconds": row["seconds"]} if seconds else {})})
-        return pd.DataFrame(rows)
+        table, requests = pd.DataFrame(rows), pd.DataFrame(asked)
+        if not rows:
+            return table
+        return pd.concat([table[["number"]], requests, table.drop(columns="number")], axis=1)
+
+    def map(self, file: str | PathLike[str], *, value: str = "score", x: str = "", y: str = "") -> None:
+        """Write the map as a page of HTML that stands alone.
+
+        Cells over two axes are shaded by a value of their best answer, with steps where the series
+        or the family changes; each leads to a card with its code, or its advice.
+
+        Parameters
+        ----------
+        file : path
+        value : str
+            ``score``, ``size``, ``deviation``, ``min_transmission`` or ``allowance``.
+        x, y : str
+            Axes, such as ``deviation``; default: the two with the most values.  Other axes give
+            charts of their own.
+
+        Raises
+        ------
+        InvalidRequest
+            If a name is unknown, there are too many charts, or the file cannot be written.
+        """
+        from .chart import page
+
+        keys = {number: state[0] for number, state in self._file.done().items()}
+        best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
+        text = page(self.to_pandas(), best, value, x, y)
+        try:
+            with replacing(Path(file)) as part:
+                part.write(text.encode())
+        except OSError as error:
+            raise InvalidRequest(f"cannot write {file}: {error.strerror}") from None
 
     def answers(self) -> pd.DataFrame:
         """Return a row an answer: number of the request, place, code and its columns."""
