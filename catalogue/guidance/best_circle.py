@@ -86,20 +86,18 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
                 better = part[lower[part] < least[each[part]]]
                 centre[each[better]], least[each[better]] = other[better], lower[better]
                 stations[:, each[better]] = there[:, better]
-        deviation, before = least, centre
         places = stations.astype(float)
         for near in POLISHED:  # the extremes lie between the fine points
             tried = np.clip(places[None] + near[:, None, None], 0, len(fine) - 1).reshape(3 * len(near), n)
             spoke, off = _between(fine, centre, radius, tried)
             first = np.repeat(len(tried) // 2 + np.arange(-1, 2)[:, None], n, axis=1)
-            move, deviation, best = uniform_fit(np.stack([spoke.real, spoke.imag]), off, first)
+            move, level, best = uniform_fit(np.stack([spoke.real, spoke.imag]), off, first)
             step = move[0] + 1j * move[1]
-            centre = centre + np.where(np.abs(step) < MAX_POLISH * deviation, step, 0.0)
+            small = np.abs(step) < MAX_POLISH * level  # else the descent ended short, and other places decide
+            centre = centre + np.where(small, step, 0.0)
+            deviation = np.where(small, level, np.abs(off).max(0))
             places = np.take_along_axis(tried, best, 0)
-        # extremes elsewhere decide where the descent ended short of the best place
-        found = np.abs(np.abs(fine - centre) - radius).max(0)
-        short = found > deviation * (1 + MAX_POLISH)
-        centre, deviation = np.where(short, before, centre), np.where(short, least, np.maximum(deviation, found))
+        deviation = np.maximum(deviation, np.abs(np.abs(fine - centre) - radius).max(0))
         unresolved = np.abs(points.coefficients[-2:] @ z).sum(0)
     return Circles(centre, deviation, unresolved, stations)
 
