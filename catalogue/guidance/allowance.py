@@ -22,6 +22,7 @@ of freedom, P(r > y) = exp(-x) (1 + x), x = y^2 / 2, and the directions are the 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations, product
@@ -29,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kinematics.batch import Rows
+from ..kinematics.batch import Rows, join
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Floats, Indices, Mask
@@ -55,9 +56,11 @@ FINE_OF_ARC = 16
 #: For what is shown all are: where the deviation nearly fills the tolerance hundreds are as strict,
 #: and 64 left 2.5 per cent open.
 ROUGH_REFERENCES = 24
-#: Numbers of one guide's references in all directions are 1.5 MB: as many guides at once fill a
-#: core's memory.
-TOGETHER = 4
+#: References of all guides at once: their derivatives fill a core's cache.
+TOGETHER = 16384
+#: References looked at in all directions at once: few enough for the cache, and for BLAS to take
+#: one thread, as several wait for one another where cores are busy.
+AT_ONCE = 1024
 #: Simulated machines, to first order, along wide arcs in a search: the probability is known to 1 %.
 ROUGH_DRAWS = 500
 #: Simulated machines for an answer: the probability is known to 0.3 %.
@@ -98,7 +101,7 @@ class Zone(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Response:
+class Response(Rows):
     """Deviations of n guides at m stations, and their first derivatives by the pivots."""
 
     error: Floats  #: (n, m), distances from the nominal [length]
@@ -106,8 +109,8 @@ class Response:
     weight: Floats  #: (n, m), by which polynomials are divided; see `catalogue.guidance.minimum_zone`
     across: Floats  #: (n, m, 10), derivatives of the distances by the coordinates of finite pivots
     carried: Floats  #: (n, m, nodes), from values at the nodes of the stroke to the stations
-    moved: Floats  #: (nodes, n, 10), derivatives of the distances by all coordinates, at the nodes
-    deviation: Floats  #: (n,), half widths of the zones [length]
+    moved: Floats  #: (n, nodes, 10), derivatives of the distances by all coordinates, at the nodes
+    deviation: Floats  #: (n,), half widths of the zones, NaN where a point returns [length]
     turned: Floats | None = None  #: (n, m), angles about the centres of arcs near a half circle, or beyond [rad]
 
 
@@ -118,9 +121,8 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     more.
     """
     few, many, fit = grid(intervals), grid(2 * intervals), traced.fit
-    across = pose_jacobian(
-        guides.motion, guides.point, traced.parameters(few.nodes), ways(guides, traced, few.nodes)
-    ).across
+    by = pose_jacobian(guides.motion, guides.point, traced.parameters(few.nodes), ways(guides, traced, few.nodes))
+    across = np.moveaxis(by.across, 0, 1)
     z = guides.motion.pose(traced.parameters(many.nodes)).point(guides.point)
     start, along, curvature = fit.start.astype(complex), fit.along.astype(complex), fit.curvature.astype(float)
     half = 0.5 * fit.stroke.astype(float)
@@ -140,10 +142,11 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     stations = np.pad(worst, ((0, 0), (1, 1)), constant_values=((0, 0), (0, fine.shape[1] - 1)))
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))
     carried = _carrying(intervals)[stations]
-    given = carried @ np.where(scattered(guides.linkage)[:, None], np.moveaxis(across, 0, 1), 0.0)
+    given = carried @ np.where(scattered(guides.linkage)[:, None], across, 0.0)
     if turned is not None:
         turned = (many.fine[stations] @ turned.T[..., None])[..., 0]
-    return Response(error, place, weight, given, carried, across, fit.deviation.astype(float), turned)
+    deviation = np.where(guides.cusp, np.nan, fit.deviation.astype(float))
+    return Response(error, place, weight, given, carried, across, deviation, turned)
 
 
 @lru_cache
@@ -176,20 +179,24 @@ class References(Rows):
         m = here.error.shape[1]
         stations = _combinations(m, free + 1)
         if here.turned is not None and free == 2:  # beyond half a turn a tangent has poles
-            turned = here.turned[:, stations]
-            weights = np.sin(turned[..., [1, 2, 0]] - turned[..., [2, 0, 1]])
+            one, two, three = (here.turned[:, at] for at in stations.T)
+            weights = [np.sin(two - three), np.sin(three - one), np.sin(one - two)]
         else:
-            place, weights = here.place[:, stations], here.weight[:, stations]
-            for i, j in permutations(range(free + 1), 2):
-                weights[..., i] /= place[..., i] - place[..., j]
-        weights /= np.abs(weights).sum(-1, keepdims=True)
-        error, across = np.zeros(weights.shape[:2]), np.zeros((*weights.shape[:2], here.across.shape[-1]))
-        for k, at in enumerate(stations.T):
-            error += weights[..., k] * here.error[:, at]
-            across += weights[..., k, None] * here.across[:, at]
+            place, weights = ([part[:, at] for at in stations.T] for part in (here.place, here.weight))
+            for i, j in combinations(range(free + 1), 2):
+                apart = place[i] - place[j]
+                weights[i] /= apart
+                weights[j] /= -apart
+        scale = 1 / np.abs(weights).sum(0)
+        error, across = np.zeros(scale.shape), np.zeros((*scale.shape, here.across.shape[-1]))
+        for weight, at in zip(weights, stations.T, strict=True):
+            weight *= scale
+            error += weight * here.error[:, at]
+            across += weight[..., None] * here.across[:, at]
         missed = here.deviation - np.abs(error).max(1)
         wide = np.full(len(missed), here.turned is not None)
-        return cls(np.broadcast_to(stations, weights.shape), weights, error, across, missed, wide)
+        together = np.stack(weights, axis=-1)
+        return cls(np.broadcast_to(stations, together.shape), together, error, across, missed, wide)
 
     def strongest(self, asked: Floats, count: int) -> References:
         """Return those references, so many of each guide, which alone would forgive least."""
@@ -227,24 +234,16 @@ class Reach(Rows):
     def of(cls, found: References, asked: Floats) -> Reach:
         """Return the reach of paths within tolerances (n,) [length]."""
         up, down = found.margins(asked)
-        n, count = up.shape
-        scaled = np.nan_to_num(found.across / np.minimum(up, down)[..., None])
+        count = up.shape[1]
+        scaled = _known(found.across / np.minimum(up, down)[..., None])
         axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]  # (n, 10, 4)
         seen_ = found.across @ axes
         length, whole = np.linalg.norm(seen_, axis=-1), np.linalg.norm(found.across, axis=-1)
         with np.errstate(all="ignore"):  # of a reference that answers in other directions too all scatter counts
             seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
         half = _directions()
-        ends = np.nan_to_num(np.concatenate([seen_ / up[..., None], -seen_ / down[..., None]], axis=1))
-        nearness, first_out = np.empty((n, 2 * len(half))), np.empty((n, 2 * len(half)), int)
-        sides = slice(0, len(half)), slice(len(half), None)  # opposite directions
-        for first in range(0, n, TOGETHER):
-            some = slice(first, first + TOGETHER)
-            # no BLAS: its threads wait for one another at every guide where cores are busy
-            rates = np.einsum("kd,nld->nkl", half, ends[some])
-            for columns, which in zip(sides, (rates.argmax(2), rates.argmin(2)), strict=True):
-                first_out[some, columns] = which
-                nearness[some, columns] = np.abs(np.take_along_axis(rates, which[..., None], 2)[..., 0])
+        ends = np.concatenate([seen_ / up[..., None], -seen_ / down[..., None]], axis=1)
+        nearness, first_out = _support(_known(ends), half)
         both = np.concatenate([half, -half]) @ np.swapaxes(axes, 1, 2)
         margin = np.take_along_axis(np.concatenate([up, down], axis=1), first_out, 1)
         return cls(nearness, first_out % count, both, margin)
@@ -268,6 +267,31 @@ class Reach(Rows):
             x = 0.5 / (self.nearness * scatter[:, None]) ** 2
             part = np.nan_to_num(np.exp(-x) * x * x)
             return np.asarray(part / part.sum(1, keepdims=True))
+
+
+def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
+    """Return how far points (n, l, 4) reach along directions (60, 4) and their opposites.
+
+    Returns
+    -------
+    ndarray, shape (n, 120)
+        Largest scalar products.
+    ndarray of int, shape (n, 120)
+        Numbers of the points that have them.
+    """
+    n, count = len(points), len(half)
+    farthest, which = np.full((n, 2 * count), -np.inf), np.zeros((n, 2 * count), int)
+    sides = slice(0, count), slice(count, None)  # opposite directions
+    columns = np.ascontiguousarray(np.swapaxes(points, 1, 2))
+    row = np.arange(count)
+    for i, first in product(range(n), range(0, points.shape[1], AT_ONCE)):
+        along = half @ columns[i, :, first : first + AT_ONCE]
+        for side, sign, at in zip(sides, (1.0, -1.0), (along.argmax(1), along.argmin(1)), strict=True):
+            reached = sign * along[row, at]
+            farther = reached > farthest[i, side]
+            farthest[i, side][farther] = reached[farther]
+            which[i, side][farther] = first + at[farther]
+    return farthest, which
 
 
 def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
@@ -311,8 +335,10 @@ def allowances(
     largest : float, optional
         Largest allowance, over the shortest link; `LARGEST` if not given.
     """
-    found, deviation = references(guides, traced, zone, rough)
-    least = allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough=rough)
+    here = responses(guides, traced, zone, rough=rough)
+    asked = np.broadcast_to(asked, here.deviation.shape)
+    every = [allowed(found, here.deviation[i], asked[i], rough=rough) for i, found in in_parts(here, zone.free)]
+    least = np.concatenate(every)
     return np.minimum(least, (LARGEST if largest is None else largest) * shortest(guides.linkage))
 
 
@@ -330,13 +356,16 @@ def expected_deviation(
 
     It is the inverse of `allowances`: the scatter is the allowance of these tolerances.
     """
-    found, deviation = references(guides, traced, zone, rough)
+    here = responses(guides, traced, zone, rough=rough)
     if not scatter:
-        return deviation
-    asked = np.where(deviation > 0, 2 * deviation, scatter)
+        return here.deviation
+    asked = np.where(here.deviation > 0, 2 * here.deviation, scatter)
     with np.errstate(all="ignore"):
-        for _ in range(TOLERANCE_STEPS):
-            asked = deviation + scatter * (asked - deviation) / allowed(found, deviation, asked, rough=rough)
+        for i, found in in_parts(here, zone.free):
+            deviation = here.deviation[i]
+            for _ in range(TOLERANCE_STEPS):
+                spared = allowed(found, deviation, asked[i], rough=rough)
+                asked[i] = deviation + scatter * (asked[i] - deviation) / spared
     return np.asarray(asked)
 
 
@@ -360,13 +389,13 @@ def slopes(
         here = response(guides, traced, zone, intervals)
         at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
         found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES)
-        good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation) & ~guides.cusp
+        good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation)
         found = replace(found, across=np.where(good[:, None, None], found.across, 0.0))
         reach = Reach.of(found, at)
         scatter = reach.scatter()
         by_rate, by_deviation, by_tolerance = _influence(here, found, reach, at, reach.shares(scatter))
         by_rate = np.swapaxes(here.carried, 1, 2) @ by_rate  # to the nodes
-        changes = _second_differences(guides, traced, grid(intervals).nodes, here.moved)  # (10, nodes, n, 10)
+        changes = _second_differences(guides, traced, grid(intervals).nodes, np.moveaxis(here.moved, 1, 0))
         changes = np.where(scattered(guides.linkage), changes, 0.0)
         left = (asked - here.deviation) / (at - here.deviation)
         by_pivots = (scatter * left)[:, None] * np.einsum("kjni,nji->nk", changes, by_rate)
@@ -428,13 +457,26 @@ def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
     return zone.intervals(rough) * (2 if zone.free == 2 and traced.fit.is_wide.any() else 1)
 
 
-def references(
-    guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, rough: bool
-) -> tuple[References, Floats]:
-    """Return the references of traced guides and their deviations; NaN where the point returns."""
+def responses(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool) -> Response:
+    """Compute the linear response of traced guides at as many stations as a search or an answer reads."""
     with np.errstate(all="ignore"):
-        here = response(guides, traced, zone, _intervals(traced, zone, rough))
-        return References.of(here, zone.free), np.where(guides.cusp, np.nan, here.deviation)
+        return response(guides, traced, zone, _intervals(traced, zone, rough))
+
+
+def in_parts(here: Response, free: int) -> Iterator[tuple[slice, References]]:
+    """Yield the references of a few guides at a time, which stay in a core's cache."""
+    n, m = here.error.shape
+    few = max(1, TOGETHER // math.comb(m, free + 1))
+    for first in range(0, max(n, 1), few):
+        some = slice(first, first + few)
+        with np.errstate(all="ignore"):
+            found = References.of(here[some], free)
+        yield some, found
+
+
+def reaches(here: Response, free: int, asked: Floats) -> Reach:
+    """Return the reach of paths within tolerances (n,) [length], over all references."""
+    return join(*(Reach.of(found, asked[some]) for some, found in in_parts(here, free)))
 
 
 def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool = False) -> Floats:
@@ -451,6 +493,11 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
                 reached = Reach.of(some, at).scatter()
             scatter[good] = reached * (asked - deviation) / (at - deviation)
     return scatter
+
+
+def _known(values: Floats) -> Floats:
+    """Return values with 0 for those that are not known."""
+    return np.where(np.isfinite(values), values, 0.0)
 
 
 @lru_cache

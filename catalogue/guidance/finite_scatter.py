@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics.types import Complexes, Floats
-from .allowance import LARGEST, Reach, Zone, allowances, expected_deviation, references, shortest
+from .allowance import LARGEST, LEAST_LEFT, Reach, Zone, expected_deviation, reaches, responses, shortest
 from .circuit_curve import CircuitCurve
 from .coupler_curve import CouplerCurve, coupler_curve
 from .minimum_zone import Fit, concentric, seen
@@ -59,9 +59,17 @@ def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve
     asked : float or ndarray, shape (n,)
         Largest deviations that are allowed [length].
     """
-    linear = allowances(asked, guides, traced, zone, largest=np.inf)
-    more = remainder(np.broadcast_to(asked, linear.shape), guides, traced, zone)
-    return np.minimum(linear * np.exp(more.log_allowance), LARGEST * shortest(guides.linkage))
+    with np.errstate(all="ignore"):
+        here = responses(guides, traced, zone, rough=False)
+        good = np.flatnonzero(np.isfinite(here.deviation))
+        deviation, asked = here.deviation[good], np.broadcast_to(asked, here.deviation.shape)[good]
+        at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
+        reach = reaches(here[good], zone.free, at)
+        linear = reach.scatter() * (asked - deviation) / (at - deviation)
+        more = remainder(at, guides[good], traced[good], zone, reach)
+    out = np.full(len(guides), np.nan)
+    out[good] = linear * np.exp(more.log_allowance)
+    return np.asarray(np.minimum(out, LARGEST * shortest(guides.linkage)))
 
 
 def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
@@ -73,22 +81,29 @@ def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced:
         Standard deviation of every coordinate of the pivots and of the guided point [length].
     """
     linear = expected_deviation(scatter, guides, traced, zone)
-    return linear + (remainder(linear, guides, traced, zone).deviation if scatter else 0.0)
+    good = np.flatnonzero(np.isfinite(linear))
+    if not scatter or not len(good):
+        return linear
+    some, at = guides[good], traced[good]
+    with np.errstate(all="ignore"):
+        reach = reaches(responses(some, at, zone, rough=False), zone.free, linear[good])
+        linear[good] += remainder(linear[good], some, at, zone, reach).deviation
+    return linear
 
 
-def remainder(tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Remainder:
-    """Compute the correction of allowances by the finite motion, (n,) [length]."""
-    n = len(guides)
+def remainder(
+    tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, reach: Reach
+) -> Remainder:
+    """Compute the correction of allowances by the finite motion, of paths that reach so far, (n,) [length]."""
+    n, deviation = len(guides), traced.fit.deviation.astype(float)
     found = Remainder(np.zeros(n), np.zeros(n))
     if isinstance(guides, CircuitCurve) or zone.free < FREE:
         return found
     with np.errstate(all="ignore"):
-        refs, deviation = references(guides, traced, zone, rough=False)
-        good = np.flatnonzero((deviation < (1 - LEFT) * tolerance) & (guides.motion.branch == 0) & ~refs.wide)
+        good = np.flatnonzero((deviation < (1 - LEFT) * tolerance) & (guides.motion.branch == 0))
         if not len(good):
             return found
-        some, tolerance = guides[good], tolerance[good]
-        reach = Reach.of(refs[good], tolerance)
+        some, tolerance, reach = guides[good], tolerance[good], reach[good]
         share = reach.shares(reach.scatter())
         which = np.argsort(-share, axis=1, kind="stable")[:, :DISPLACED]
         row = np.arange(len(good))[:, None]
