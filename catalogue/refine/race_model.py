@@ -23,7 +23,7 @@ from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from .hinges import Hinges
 from .quantities import NONE, Pieces, Quantities
-from .subproblem import FLATTEST, PIVOT_STEP, WORSE, limits, units
+from .subproblem import FLATTEST, PIVOT_STEP, limits, marginal_costs, units, wider
 
 #: Part of the tolerance that steps are to spare before costs count, and afterwards.
 SPARE = (0.04, 0.05)
@@ -95,14 +95,19 @@ class Linear(Rows):
         aim = tolerance
         if problem.ranking.only == "deviation":
             aim = np.minimum(SHRINK * machine.deviation, tolerance)
-        cost, pieces, marginal = _ranked(problem, read, machine, by, scatter)
-        limit, limit_slope = _joined(bounds, unit)
-        measure, measure_slope, rate = _below_largest(pieces, marginal, unit)
+        ranked = _Ranked.of(problem, read, machine, by, scatter)
+        bounds, pieces = ([Pieces(p.value, p.slope * unit) for p in part] for part in (bounds, ranked.pieces))
         if problem.curvature is None:
-            more = machine.by_curvature[..., None]
-            slope = np.concatenate([slope, more], axis=2)
-            limit_slope, measure_slope = _widened(limit_slope), _widened(measure_slope)
-            limit, limit_slope = _with_radius(machine.curvature, limit, limit_slope)
+            slope = np.concatenate([slope, machine.by_curvature[..., None]], axis=2)
+            bounds, pieces = ([wider(piece) for piece in part] for part in (bounds, pieces))
+            bounds.append(_of_radius(machine.curvature, slope.shape[2]))
+        rates = ranked.rates
+        if ranked.by_error is not None:
+            part = PART * problem.deviation
+            pieces.append(_both_sides(machine.error / part, slope / part))
+            rates = [*rates, PART * ranked.by_error]
+        limit, limit_slope = _joined(bounds)
+        measure, measure_slope, rate = _below_largest(pieces, rates, slope.shape)
         with np.errstate(all="ignore"):
             beyond = np.maximum(np.log(machine.deviation / tolerance), 0.0)
         broken = beyond + np.maximum(limit, 0.0).max(1) / UNIT
@@ -111,7 +116,7 @@ class Linear(Rows):
         good &= machine.curvature > SHARPEST
         return cls(
             machine, slope, limit, limit_slope, measure, measure_slope, rate, tolerance, aim,
-            np.asarray(cost, float), np.where(good, broken, np.inf),
+            np.asarray(ranked.cost, float), np.where(good, broken, np.inf),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -165,46 +170,42 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
     return Quantities(problem, linkage, machine.point, driver, slides, pose, by[::2], least)
 
 
-def _ranked(
-    problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats
-) -> tuple[Floats, list[Pieces], Floats]:
-    """Return costs (n,), the pieces of the ranked measures, and the marginal cost of each (q, n)."""
-    ranking, asked = problem.ranking, problem.deviation
-    names = sorted(ranking.quantities - {"deviation", "allowance"})
-    pieces = [read(name) for name in names]
-    values = {}
-    for name, piece in zip(names, pieces, strict=True):
-        worst = piece.value.max(1)
-        there = worst > NONE
-        if name in RISING:
-            values[name] = np.where(there, -worst, np.inf)
-        else:
-            values[name] = np.where(there, worst, 0.0)
-    values["deviation"] = machine.deviation / asked
-    values["allowance"] = (asked - machine.deviation) / (ALLOWANCE * scatter * asked)
-    cost = ranking.cost(values)
+@dataclass(frozen=True)
+class _Ranked:
+    """What is ranked of n machines, but for their errors."""
 
-    def marginal(name: str) -> Floats:
-        worse = values[name] + (-WORSE if name in RISING else WORSE)
-        with np.errstate(invalid="ignore"):
-            rise = (ranking.cost({**values, name: worse}) - cost) / WORSE
-        return np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
+    cost: Floats  #: (n,)
+    pieces: list[Pieces]  #: of each measure, by the coordinates as they are
+    rates: list[Floats]  #: marginal cost of each, (n,)
+    by_error: Floats | None  #: marginal cost of the largest error [tolerances], (n,); None where errors are aimed at
 
-    rates = [marginal(name) for name in names]
-    if ranking.only == "deviation":  # which machines aim at
-        return cost, pieces, np.array(rates)
-    by_error = marginal("deviation") if "deviation" in ranking.quantities else np.zeros(len(cost))
-    if "allowance" in ranking.quantities:
-        rate, forgiven = marginal("allowance"), values["allowance"]
-        slope = (forgiven / scatter)[:, None] * _scatter_slope(machine, by)
-        pieces.append(Pieces(-forgiven[:, None], slope[:, None]))
-        rates.append(rate)
-        by_error = by_error + rate / (ALLOWANCE * scatter)
-    if by_error.any():
-        part = PART * asked
-        pieces.append(_both_sides(machine.error / part, np.moveaxis(by.across, 0, 1) / part))
-        rates.append(PART * by_error)
-    return cost, pieces, np.array(rates)
+    @classmethod
+    def of(cls, problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats) -> _Ranked:
+        """Read what is ranked."""
+        ranking, asked = problem.ranking, problem.deviation
+        names = sorted(ranking.quantities - {"deviation", "allowance"})
+        pieces = [read(name) for name in names]
+        values = {}
+        for name, piece in zip(names, pieces, strict=True):
+            worst = piece.value.max(1)
+            there = worst > NONE
+            if name in RISING:
+                values[name] = np.where(there, -worst, np.inf)
+            else:
+                values[name] = np.where(there, worst, 0.0)
+        values["deviation"] = machine.deviation / asked
+        values["allowance"] = (asked - machine.deviation) / (ALLOWANCE * scatter * asked)
+        marginal = marginal_costs(ranking, values)
+        cost, rates, by_error = ranking.cost(values), [marginal[name] for name in names], marginal.get("deviation")
+        if ranking.only == "deviation":
+            return cls(cost, pieces, rates, None)
+        if (rate := marginal.get("allowance")) is not None:
+            forgiven = values["allowance"]
+            slope = (forgiven / scatter)[:, None] * _scatter_slope(machine, by)
+            pieces.append(Pieces(-forgiven[:, None], slope[:, None]))
+            rates.append(rate)
+            by_error = (0.0 if by_error is None else by_error) + rate / (ALLOWANCE * scatter)
+        return cls(cost, pieces, rates, by_error)
 
 
 def _both_sides(error: Floats, slope: Floats) -> Pieces:
@@ -231,30 +232,25 @@ def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
     return np.nan_to_num(slope)
 
 
-def _below_largest(pieces: list[Pieces], marginal: Floats, unit: Floats) -> tuple[Floats, Floats, Floats]:
+def _below_largest(
+    pieces: list[Pieces], marginal: list[Floats], shape: tuple[int, ...]
+) -> tuple[Floats, Floats, Floats]:
     """Return pieces less the largest of their measure (n, q), slopes, and marginal costs (n, q)."""
+    n, _, p = shape
     if not pieces:
-        none = np.zeros((len(unit), 0))
-        return none, np.zeros((len(unit), 0, unit.shape[2])), none
+        return np.zeros((n, 0)), np.zeros((n, 0, p)), np.zeros((n, 0))
     below = [Pieces(p.value - p.value.max(1, keepdims=True), p.slope) for p in pieces]
     rate = np.repeat(marginal, [p.value.shape[1] for p in pieces], axis=0).T
-    return *_joined(below, unit), rate
+    return *_joined(below), rate
 
 
-def _joined(pieces: list[Pieces], unit: Floats) -> tuple[Floats, Floats]:
-    """Return all pieces, (n, l), with slopes in units of the coordinates, (n, l, 10)."""
-    value = np.concatenate([piece.value for piece in pieces], axis=1)
-    return value, np.concatenate([piece.slope for piece in pieces], axis=1) * unit
+def _joined(pieces: list[Pieces]) -> tuple[Floats, Floats]:
+    """Return all pieces, (n, l), with slopes, (n, l, p)."""
+    return np.concatenate([p.value for p in pieces], axis=1), np.concatenate([p.slope for p in pieces], axis=1)
 
 
-def _widened(slope: Floats) -> Floats:
-    """Return slopes with those by one more coordinate, on which nothing depends."""
-    return np.concatenate([slope, np.zeros((*slope.shape[:2], 1))], axis=2)
-
-
-def _with_radius(bend: Floats, limit: Floats, slope: Floats) -> tuple[Floats, Floats]:
-    """Return limits with those on the curvature, the last coordinate: neither flat nor full."""
-    more = np.zeros((len(bend), 2, slope.shape[2]))
-    more[:, 0, -1], more[:, 1, -1] = 1.0, -1.0
-    value = np.stack([bend + 1 / FLATTEST, -FULLEST - bend], axis=1)
-    return np.concatenate([limit, value], axis=1), np.concatenate([slope, more], axis=1)
+def _of_radius(bend: Floats, count: int) -> Pieces:
+    """Return the limits on curvatures, the last of so many coordinates: neither flat nor full."""
+    slope = np.zeros((len(bend), 2, count))
+    slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
+    return Pieces(np.stack([bend + 1 / FLATTEST, -FULLEST - bend], axis=1), slope)

@@ -35,7 +35,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.path import FULLEST
 from ..problem.problem import Problem
-from ..problem.ranking import RISING
+from ..problem.ranking import RISING, Ranking
 from .quantities import Pieces, Quantities
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.
@@ -168,7 +168,7 @@ def linearise(
     jacobian = np.moveaxis(by.across, 0, 1) @ basis
     if problem.curvature is None:
         jacobian = np.concatenate([jacobian, by_bend.T[..., None]], axis=-1)
-        limited, measures = ({k: _wider(p) for k, p in d.items()} for d in (limited, measures))
+        limited, measures = ({k: wider(p) for k, p in d.items()} for d in (limited, measures))
         limited["radius"] = _radius(bend, jacobian.shape[-1])
     marginal = marginals(problem, found)
     allowed = np.full(len(found), problem.deviation)
@@ -332,17 +332,22 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     ranking, deviation = problem.ranking, "expected" if problem.constraints.play else "deviation"
     if ranking.only == "deviation":
         return {deviation: 1 / np.maximum(here["deviation"], 1e-300)}
-    base, out = ranking.cost(here), {}
+    rises = marginal_costs(ranking, here)
+    return {deviation if name == "deviation" else name: rise for name, rise in rises.items()}
+
+
+def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Return what the cost rises by per unit of each ranked quantity that becomes worse, shape (n,)."""
+    base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
-        worse = here[name] + (-WORSE if name in RISING else WORSE)
+        worse = values[name] + (-WORSE if name in RISING else WORSE)
         with np.errstate(invalid="ignore"):
-            rise = (ranking.cost({**here, name: worse}) - base) / WORSE
-        rise = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
-        out[deviation if name == "deviation" else name] = rise
+            rise = (ranking.cost({**values, name: worse}) - base) / WORSE
+        out[name] = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
     return out
 
 
-def _wider(pieces: Pieces) -> Pieces:
+def wider(pieces: Pieces) -> Pieces:
     """Return pieces that do not depend on one more coordinate."""
     return Pieces(pieces.value, np.concatenate([pieces.slope, np.zeros((*pieces.slope.shape[:2], 1))], axis=-1))
 
