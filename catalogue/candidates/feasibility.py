@@ -121,12 +121,12 @@ def uniformity(problem: Problem, found: CandidateBatch) -> Floats:
 
 
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return the least transmission angles [deg] that a ranking looks at: over the whole turn if the crank is to turn
-    fully, else over the stroke; shape (n,)."""
+    """Return the least transmission angles [deg] that a ranking looks at, shape (n,): over the stroke, and if the crank
+    is to turn fully over its turn, 0 where it does not, as at the change point where it begins to."""
     over_stroke, driver = found.measures.min_transmission, found.measures.driver
     if not problem.constraints.full_rotation:
         return over_stroke
-    return np.fmin(over_stroke, min_transmission_turn(machine(problem, found), driver))
+    return np.minimum(over_stroke, np.nan_to_num(min_transmission_turn(machine(problem, found), driver)))
 
 
 def cost(problem: Problem, found: CandidateBatch) -> Floats:

@@ -81,6 +81,17 @@ def rotates(linkage: Linkage) -> Array:
     return np.asarray(1 * full[:, 0] + 2 * full[:, 1])
 
 
+def nearest_to_turning(linkage: Linkage) -> Array:
+    """Return which cranks turn fully, else which one lacks least, shape (n,): bit i for dyad i.
+
+    So the crank that is to turn drives before it does, and stays the driver when it begins to.
+    """
+    margin = rotation_margin(linkage)
+    nearest = 1 + np.greater(*np.nan_to_num(margin.T[::-1], nan=-np.inf))
+    nearest = np.where(np.isnan(margin).all(1), 0, nearest)
+    return np.where((margin >= 0).any(1), rotates(linkage), nearest)
+
+
 def transmission_turn(linkage: Linkage) -> Floats:
     """Compute the minimum transmission angle over the full turn of either crank, (n, 2) [deg].
 
@@ -222,10 +233,10 @@ def measure(
 
     `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated
     there between the poses, which leaves a few thousandths of the size open.  `turning`: a crank
-    must turn fully; it is the driver, where there is one.  `driver`: numbers of the cranks that
-    drive, 0 where the better one does.  `inverse`: the guides are inversions of machines whose
-    coupler carries a slot over a fixed point; everything is that of these machines, along the same
-    motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot,
+    must turn fully; it is the driver, or where none does the one that lacks least.  `driver`:
+    numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
+    inversions of machines whose coupler carries a slot over a fixed point; everything is that of
+    these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot,
     and the boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
@@ -246,8 +257,8 @@ def measure(
             machine, pose = of_machine(linkage, pose)
             carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        # the bit of a crank is its number
-        angle, drives, missed = transmission(machine, carried, pose.x, turns if turning else driver)
+        may_drive = nearest_to_turning(machine) if turning else driver  # the bit of a crank is its number
+        angle, drives, missed = transmission(machine, carried, pose.x, may_drive)
         drive_angle, rotation = _turned(machine, carried, pose.x, drives)
         fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
@@ -356,7 +367,7 @@ def transmission(
 
     Its number; and by how much the sine between the poses may be another.
 
-    `turns` says which cranks turn fully, bit i for dyad i: of these the better one drives, where
+    `turns` says which cranks may drive, bit i for dyad i: of these the better one drives, where
     there are any; of both if not given.  The rest is as of `transmissions`.
     """
     (least, missed), may = transmissions(linkage, at, x), linkage.dyads.T == RR

@@ -113,7 +113,7 @@ class Quantities:
         return self.linkage.inverted() if self.problem.constraints.slots else self.linkage
 
     def __call__(self, name: str) -> Pieces:
-        """Return the pieces of a measure that is ranked, of one that is only bounded, or of a region, by its name."""
+        """Return the pieces of a measure or of a region, by its name."""
         if name in PIVOT_REGIONS:
             return self._standing(getattr(self.problem.constraints, name), name)
         made: dict[str, Callable[[], Pieces]] = {
@@ -132,6 +132,14 @@ class Quantities:
             "uniformity": self._uniformity,
         }
         return made[name]()
+
+    def ranked(self, name: str) -> Pieces:
+        """Return the pieces of a measure that is ranked: the transmission over the turn too of a crank that is to turn
+        fully, though a bound on the transmission is one over the stroke."""
+        if name != "transmission" or not self.problem.constraints.full_rotation:
+            return self(name)
+        both = zip(self(name), self("transmission_turn"), strict=True)
+        return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
 
     def collapse(self) -> Pieces:
         """Return pieces that keep links from shrinking to a point, about which the linkage would turn as one body."""
@@ -253,16 +261,11 @@ class Quantities:
         cosine = np.sqrt(np.maximum(1 - sine * sine, 1e-4))
         angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
         pieces = Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
-        if self.least is not None:
-            pieces = pieces.raised(-self.least / 90)
-        if not self.problem.constraints.full_rotation:
-            return pieces
-        both = zip(pieces, self("transmission_turn"), strict=True)
-        return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
+        return pieces if self.least is None else pieces.raised(-self.least / 90)
 
     def _over_the_turn(self) -> Iterable[Row]:
-        """The transmission angles where they can be least over the turn of the crank that drives, in right angles; see
-        `catalogue.guidance.metrics`."""
+        """Less the transmission angles where they can be least over the turn of the crank that drives, in right angles,
+        0 where it does not turn fully; see `catalogue.guidance.metrics`."""
         driver, built = self.driver, self.machine
         kind, margin = built.dyads, rotation_margin(built)
         turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
@@ -276,6 +279,7 @@ class Quantities:
                 slope -= (ends[0] / (b[0] * c[0]))[:, None] * ends[1]
                 for side in (1, -1):
                     yield _angle(four, side * cosine, side * slope)
+            yield np.where(turns, np.nan, 0.0), np.zeros_like(a[1])
             for side in (1, -1):
                 yield _angle(slider, *ratio(plus((1, a), (side, e)), b))
                 yield _angle(slide, *ratio(plus((side, e)), near))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..guidance.inverse import of_machine
-from ..guidance.metrics import rotates, transmission
+from ..guidance.metrics import nearest_to_turning, transmission
 from ..guidance.sensitivity import COUNT, PoseJacobian, displaced, jacobian_at
 from ..guidance.slides import slide_ends, slide_runs
 from ..guidance.stations import Stationed
@@ -164,7 +164,7 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
         built, seen = of_machine(linkage, pose)
         plane = 0
     at = [seen.point(linkage.points[:, i, plane]) for i in (0, 1)]
-    turns = rotates(built) if problem.constraints.full_rotation else None
+    turns = nearest_to_turning(built) if problem.constraints.full_rotation else None
     least, driver, _ = transmission(built, at, seen.x, turns)
     slides = slide_ends(linkage, slide_runs(linkage, pose))
     return Quantities(problem, linkage, machine.point, driver, slides, pose, by[::2], least)
@@ -184,7 +184,7 @@ class _Ranked:
         """Read what is ranked."""
         ranking, asked = problem.ranking, problem.deviation
         names = sorted(ranking.quantities - {"deviation", "allowance"})
-        pieces = [read(name) for name in names]
+        pieces = [read.ranked(name) for name in names]
         values = {}
         for name, piece in zip(names, pieces, strict=True):
             worst = piece.value.max(1)

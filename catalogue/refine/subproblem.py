@@ -159,7 +159,7 @@ def linearise(
     read = Quantities.of(problem, found, pose, by[::2], found.measures.min_transmission)
     limited, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
-        measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
+        measures = {name: read.ranked(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
     if rough := differenced(problem):
         limited |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     limits_, measures_, by_error = _of_scatter(problem, found, guides)
@@ -266,8 +266,9 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
     """Return the limits, raised to what is measured between the stations of their pieces."""
     made = limits(problem, read)
     measured = drive_violations(problem, found)
-    if (bound := problem.constraints.max_travel) is not None:
-        measured["max_travel"] = found.measures.travel - bound
+    for name in ("max_travel", "max_size"):  # of the finite path, whose ends are not those of the nominal
+        if (bound := getattr(problem.constraints, name)) is not None:
+            measured[name] = getattr(found.measures, UPPER_BOUNDS[name]) - bound
     if has_room(problem):
         measured["swept_in"] = swept_violations(problem, found)["swept_in"]
     return {name: p.raised(measured[name]) if name in measured else p for name, p in made.items()}

@@ -20,10 +20,16 @@ from ..kinematics.types import Complexes, Floats
 from ..problem.problem import Problem
 from .draws import LONGEST, SHORTEST
 
-#: Longest link in cranks, and how many linkages are drawn for one that is kept.
-CRANKS, EACH = 16.0, 25
-#: Positions of a crank that are looked at, and through which angle it turns if nothing is said [rad].
-POSITIONS, TURNED = 17, (0.7, 2.8)
+#: Longest link, in shortest ones.
+LONGEST_LINK = 16.0
+#: How many linkages are drawn for one that is kept.
+EACH = 25
+#: Share of drag links, whose frame is the shortest link, and both cranks turn.
+DRAG_LINKS = 0.3
+#: Positions of a crank that are looked at.
+POSITIONS = 17
+#: Angle through which a crank turns if nothing is said, and that of a drag link, which is longer [rad].
+TURNED, DRAGGED = (0.7, 2.8), (0.2, 1.6)
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -42,7 +48,10 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
         return None
     linkage = _rotating(EACH * count, random)
     wanted, n = problem.constraints, len(linkage)
-    turned = random.uniform(*TURNED, n) if wanted.min_drive_angle is None else np.radians(wanted.min_drive_angle)
+    drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1
+    turned = np.where(drags, random.uniform(*DRAGGED, n), random.uniform(*TURNED, n))
+    if wanted.min_drive_angle is not None:
+        turned = np.full(n, np.radians(wanted.min_drive_angle))
     share = np.cos(np.pi * np.arange(POSITIONS) / (POSITIONS - 1))  # denser towards both ends, where paths bend away
     with np.errstate(all="ignore"):
         moving = motion(linkage, CRANK_1)
@@ -92,9 +101,13 @@ def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
 
 
 def _rotating(count: int, random: np.random.Generator) -> Linkage:
-    """Return those of `count` random four-bars whose crank 1, of length 1, turns fully, in a position on its turn."""
-    ground, coupler, other = np.exp(random.uniform(0, np.log(CRANKS), (3, count)))
-    crank = np.exp(2j * np.pi * random.random(count))
+    """Return those of `count` random four-bars whose crank 1 turns fully, in a position on its turn: it has the length
+    1, or the frame has, of drag links."""
+    ground, coupler, other = np.exp(random.uniform(0, np.log(LONGEST_LINK), (3, count)))
+    length = np.ones(count)
+    drags = random.random(count) < DRAG_LINKS
+    length[drags], ground[drags] = ground[drags], 1.0
+    crank = length * np.exp(2j * np.pi * random.random(count))
     side = np.where(random.random(count) < 0.5, 1.0, -1.0)
     ray = ground - crank
     with np.errstate(all="ignore"):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.metrics import _reach, measure, rotates
+from catalogue.guidance.metrics import _reach, measure, nearest_to_turning, rotates, rotation_margin
 from catalogue.guidance.placement import placed
 from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RR, Linkage
@@ -233,8 +233,8 @@ def test_a_crank_that_turns_fully_drives_where_one_is_wanted(random_linkages: Ca
     guides, found = random_guides(random_linkages, "four-bar", 0.3)
     turns = rotates(guides.linkage)
     better, wanted = (measure(guides, found, turning=turning) for turning in (False, True))
-    one = np.isin(turns, (1, 2))
-    np.testing.assert_array_equal(wanted.driver, np.where(one, turns, better.driver))
+    lacking = 1 + rotation_margin(guides.linkage).argmax(1)
+    np.testing.assert_array_equal(wanted.driver, np.choose(turns, [lacking, 1, 2, better.driver]))
     worse = wanted.driver != better.driver
     assert worse.sum() > 5
     assert (wanted.min_transmission[worse] < better.min_transmission[worse]).all()
@@ -250,3 +250,15 @@ def test_the_size_is_that_of_the_whole_path_not_of_the_poses_that_are_read() -> 
     )
     far = [max(np.nanmax(np.abs(dense[:, i, None] - pivots[i])), np.abs(dense[0, i] - dense[-1, i])) for i in range(2)]
     assert _reach(arcs, pivots) == pytest.approx(far, rel=1e-6)
+
+
+def test_the_crank_that_lacks_least_is_to_drive_before_it_turns(random_linkages: Callable[..., Linkage]) -> None:
+    for family in ("four-bar", "slider-crank", "inverted-slider-crank", "elliptic-trammel"):
+        linkage = random_linkages(family, 300, 8)
+        margin, found = np.nan_to_num(rotation_margin(linkage), nan=-np.inf), nearest_to_turning(linkage)
+        turns = rotates(linkage)
+        np.testing.assert_array_equal(found[turns > 0], turns[turns > 0])
+        swings = (turns == 0) & np.isfinite(margin).any(1)
+        np.testing.assert_array_equal(found[swings], 1 + margin[swings].argmax(1))
+        assert not found[np.isinf(margin).all(1)].any()
+        assert swings.any() == (family != "elliptic-trammel")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import CandidateBatch
+from catalogue.candidates.batch import CandidateBatch, near_path
 from catalogue.candidates.feasibility import drive_violations, feasibility, nearer_arm, swept_violations, values
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
@@ -25,6 +25,7 @@ from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
 from catalogue.refine.driving import Driving
 from catalogue.refine.quantities import NONE, Pieces, Quantities, outside, own_slope
+from catalogue.refine.subproblem import TRANSMISSION, PivotCoordinates, linearise
 from tests.refine.starts import problem_of, started
 
 STEP = 1e-6
@@ -276,7 +277,7 @@ def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
     turns = np.isfinite(want)
     assert 20 < turns.sum() < 1980
     np.testing.assert_allclose(-value.max(1)[turns], want[turns], atol=1e-7)
-    assert (value[~turns] == NONE).all()
+    assert (value[~turns].max(1) == 0).all(), "which does not turn transmits nothing over a turn"
     # smooth where no other piece is as large, and the angle is neither 0 nor 90 degrees
     lead = np.diff(np.sort(value, axis=1)[:, -2:], axis=1)[:, 0] > 1e-4
     some = np.flatnonzero(turns & lead & (want > 0.02) & (np.nan_to_num(margin).max(1) > 1e-3))
@@ -295,6 +296,35 @@ def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
         free = finite[:, k]
         np.testing.assert_allclose(by[free, k], ((ends[0] - ends[1]) / (2 * STEP))[free], atol=1e-4, rtol=1e-4)
         assert by[free, k].any() or not free.any()
+
+
+#: Bounds with full rotation and without, and the factor from the unit of their pieces to that which is measured.
+LIMITED: list[dict[str, Any]] = [
+    {"min_transmission": 55.0},
+    {"min_transmission": 55.0, "full_rotation": True},
+    {"min_transmission_turn": 35.0},
+    {"max_size": 1.5, "min_link": 0.8, "max_link": 1.2, "min_ground": 0.7, "max_ground": 1.1, "max_arm": 0.6},
+    {"full_rotation": True, "max_drive_angle": 40.0, "min_drive_angle": 90.0},
+]
+
+
+@pytest.mark.parametrize("wanted", LIMITED, ids=str)
+def test_a_limit_is_broken_by_as_much_as_is_measured(small: Catalogue, wanted: dict[str, Any]) -> None:
+    """A bound on the transmission is one over the stroke, also of a crank that is to turn fully."""
+    anything = problem_of(LINE, families=["four-bar"])
+    problem = problem_of(LINE, families=["four-bar"], **wanted)
+    starts = started(small, anything, 60)
+    found = near_path(problem, starts.origin, starts.curve)
+    rows = linearise(problem, found, found.curve, PivotCoordinates()).limits
+    measured = feasibility(problem, found, signed=True).amounts
+    for name in wanted:
+        value = rows[name].value.max(1) * (np.pi / 2 if name in TRANSMISSION else 1)
+        there = measured[name] < 0.99
+        assert there.sum() > 10
+        np.testing.assert_allclose(value[there], measured[name][there], atol=1e-7)
+    ranked = values(problem, found)["transmission"]
+    pieces = linearise(problem, found, found.curve, PivotCoordinates()).measures["transmission"]
+    np.testing.assert_allclose(-pieces.value.max(1), ranked, atol=1e-7)
 
 
 class _Bare:

@@ -154,3 +154,14 @@ def test_what_stations_do_not_show_is_not_raced(wanted: dict[str, Any], raced: b
 
 def test_wide_arcs_are_not_raced() -> None:
     assert not is_raced(problem_of(CircularArc(radius=1, angle=270, deviation=1e-3)))
+
+
+@pytest.mark.parametrize("rank_by", ["score", "allowance", "size"])
+def test_machines_have_as_many_pieces_alone_as_together(small: Catalogue, rank_by: str) -> None:
+    """Some gain by a smaller error and some do not: whichever gain in a round, they can take the places of others."""
+    problem = problem_of(LINE, rank_by, **PINS)
+    starts = starts_of(small, problem, 12)
+    here = Race.of(problem, starts).here
+    alone = [race_model.Linear.of(problem, here.machine[np.array([i])]) for i in range(len(here))]
+    assert {one.measure.shape[1] for one in alone} == {here.measure.shape[1]}
+    assert {one.limit.shape[1] for one in alone} == {here.limit.shape[1]}

@@ -135,7 +135,7 @@ def test_a_few_starts_are_enough_where_no_answer_can_be_much_better(
     quick, whole = (Search(replace(problem, effort=effort), small.database).run() for effort in (1, 2))
     assert quick.status == "good enough"
     assert np.isfinite(quick.cost).sum() >= 6
-    assert 0 < quick.report.refined < whole.report.refined
+    assert 0 < quick.report.refined < 0.3 * whole.report.refined
     assert quick.report.raced == 0
     assert 0 <= whole.cost.min() <= quick.cost.min() <= search.GAP
 
@@ -177,6 +177,41 @@ def test_a_gain_is_a_part_of_the_cost_or_of_one(
     assert done._gained(before) == gained
 
 
+#: Requests of `tests/benchmarks/recall.py`, each made of a linkage that an independent search knows, and its cost.
+HARD: list[Any] = [
+    (
+        StraightLine(1, 0.00191767),
+        {"pins_only": True, "max_size": 2.83543, "min_transmission": 68.8032, "min_link": 1.60621},
+        "transmission",
+        0.5299759,
+    ),
+    (
+        StraightLine(1, 0.00168084),
+        {"families": ["four-bar"], "max_size": 1.46104, "max_link": 1.4135, "max_drive_angle": 44.1025},
+        "balance",
+        1.0872872,
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("request_", "wanted", "rank_by", "known"), HARD, ids=["drag link", "drive"])
+def test_cranks_that_turn_fully_are_found_as_good_as_known(
+    small: Catalogue, request_: Any, wanted: dict[str, Any], rank_by: str, known: float
+) -> None:
+    """Neither the bound on the transmission over the stroke is taken for one over the turn, nor is a crank held back at
+    the change point, where another would have driven."""
+    found = small.find(request_, **wanted, full_rotation=True, rank_by=rank_by, limit=1)
+    assert len(found) == 1
+    one = found[0]
+    assert one.deviation <= request_.deviation
+    assert one.driver in one.rotates
+    assert one.min_transmission_turn is not None
+    turn = one.min_transmission_turn / 90
+    value = 1 - turn if rank_by == "transmission" else one.size - turn
+    assert value < known + 0.01
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["score", "size", "deviation"])
 def test_a_search_for_the_impossible_ends(small: Catalogue, rank_by: str) -> None:
@@ -209,7 +244,7 @@ def test_what_came_nearest_is_led_in(small: Catalogue, monkeypatch: pytest.Monke
     assert with_.found is not None
     assert len(with_.cost) >= len(without.cost)
     near = [float(np.nanmin(feasibility(problem, one.found).total)) for one in found if one.found is not None]
-    assert near[1] <= near[0]
+    assert near[1] < near[0] - 1e-6
 
 
 @pytest.mark.slow
@@ -233,7 +268,7 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     near = Search(problem, small.database)
     answers = near.answers_near(whole.found[np.array([best])])
     assert answers is not None
-    assert near.report.refined < 0.5 * whole.report.refined
+    assert near.report.refined < 0.3 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
     assert len(answers) == np.isfinite(near.cost).sum()
 
