@@ -236,8 +236,8 @@ def measure(
     must turn fully; it is the driver, or where none does the one that lacks least.  `driver`:
     numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
     inversions of machines whose coupler carries a slot over a fixed point; everything is that of
-    these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot,
-    and the boxes are those of the frame in which the slot stands in mid-stroke.
+    these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot
+    from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
