@@ -1,4 +1,5 @@
-"""Batches of candidates: guides laid along the path of a problem, and measured there on their finite motion."""
+"""Batches of candidates: guides laid along the path of a problem, and measured there on their
+finite motion."""
 
 from __future__ import annotations
 
@@ -23,11 +24,12 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.problem import Problem
 
-#: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
-#: of it open where a dead point is near, or many extremes are as large.
+#: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave
+#: up to 0.2 per cent of it open where a dead point is near, or many extremes are as large.
 SHOWN = 128
-#: How far from its bound a rough allowance is sure to be on the right side, as a part of the bound, by the coordinates
-#: of the nominal that are sought: of 6,000 candidates it is off by 13 per cent at most, by 20 where a radius is sought.
+#: How far from its bound a rough allowance is sure to be on the right side, as a part of the bound,
+#: by the coordinates of the nominal that are sought: of 6,000 candidates it is off by 13 per cent
+#: at most, by 20 where a radius is sought.
 ROUGH_WITHIN = {0: 0.15, 2: 0.15, 3: 0.4}
 #: The ways to lay a guide along a line: travelled the other way, mirrored in it.
 FLIPS = ((False, False), (True, False), (False, True), (True, True))
@@ -35,7 +37,8 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 
 @dataclass(frozen=True)
 class Origin(Rows):
-    """Where n candidates come from: arrays of shape (n,), what they say is of the ancestor at its design position."""
+    """Where n candidates come from: arrays of shape (n,), what they say is of the ancestor at its
+    design position."""
 
     id: Array  # of the stored guide; -1 where there is none
     family: Array
@@ -55,12 +58,14 @@ class Origin(Rows):
 
 @dataclass(frozen=True)
 class CandidateBatch(Rows):
-    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes, arrays of shape (n,).
+    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes, arrays of shape
+    (n,).
 
-    The allowance is the standard deviation of every coordinate of every pivot and of the guided point at which the path
-    stays within the deviation asked with 95 per cent probability; see `catalogue.guidance.allowance`.  Negative where
-    the deviation is too large, NaN for points that return, and where nobody asked for it.  The expected deviation is
-    the one that the path keeps with that probability for the play asked; without play the deviation.
+    The allowance is the standard deviation of every coordinate of every pivot and of the guided
+    point at which the path stays within the deviation asked with 95 per cent probability; see
+    `catalogue.guidance.allowance`.  Negative where the deviation is too large, NaN for points that
+    return, and where nobody asked for it.  The expected deviation is the one that the path keeps
+    with that probability for the play asked; without play the deviation.
     """
 
     origin: Origin
@@ -77,7 +82,8 @@ class CandidateBatch(Rows):
         return len(self.point)
 
     def replaced(self, where: Array, by: CandidateBatch) -> CandidateBatch:
-        """Return these with the entries `where`, a mask or indices, from `by`, which holds just those."""
+        """Return these with the entries `where`, a mask or indices, from `by`, which holds just
+        those."""
         return put(self, where, by)
 
     @property
@@ -87,20 +93,23 @@ class CandidateBatch(Rows):
 
     @cached_property
     def curve(self) -> Any:
-        """The guides ready to be traced from mid-stroke, a `CouplerCurve` or, along wide arcs, a `CircuitCurve`."""
+        """The guides ready to be traced from mid-stroke, a `CouplerCurve` or, along wide arcs, a
+        `CircuitCurve`."""
         return curves(self.linkage, self.point, self.pole, self.chart)
 
 
 def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Array) -> CouplerCurve | CircuitCurve:
-    """Return guides (n,) ready to be traced from where they stand, in charts (n,) or along their circuits."""
+    """Return guides (n,) ready to be traced from where they stand, in charts (n,) or along their
+    circuits."""
     if (chart == CIRCUIT).any():
         return along_circuits(linkage, point)
     return coupler_curve(linkage, point, pole=pole, chart=chart)
 
 
 def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
-    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y; one that was not
-    traced stays where it is.  Return linkages, guided points and poles, shape (n,), in mid-stroke.
+    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to
+    +y; one that was not traced stays where it is.  Return linkages, guided points and poles, shape
+    (n,), in mid-stroke.
     """
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     linkage, point, _ = placed(guides, traced, 1.0)
@@ -118,14 +127,16 @@ def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Trac
 def flipped(
     linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask, stroke: float = 1.0
 ) -> tuple[Linkage, Complexes, Complexes]:
-    """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path (`over`)."""
+    """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path
+    (`over`)."""
     _, pole = mirrored(linkage, pole, stroke, reverse, over)
     linkage, point = mirrored(linkage, point, stroke, reverse, over)
     return linkage, point, pole
 
 
 def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: bool) -> CandidateBatch:
-    """Measure candidates mirrored in the middle of the path (`reverse`) and in its line (`over`)."""
+    """Measure candidates mirrored in the middle of the path (`reverse`) and in its line
+    (`over`)."""
     n = len(found)
     sides = np.full(n, reverse), np.full(n, over)
     seen = flipped(found.linkage, found.point, found.pole, *sides, problem.path.stroke)
@@ -133,7 +144,8 @@ def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: b
 
 
 def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Complexes:
-    """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`; NaN if there is no region."""
+    """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`; NaN if
+    there is no region."""
     wanted, fit = problem.constraints, traced.fit
     if wanted.fixed_pivots_in is None and wanted.pivots_in is None:
         return np.full((len(guides), 2, 2), NOWHERE)
@@ -144,7 +156,8 @@ def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Co
 
 
 def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
-    """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc the first two."""
+    """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc
+    the first two."""
     flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
 
@@ -158,8 +171,8 @@ def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexe
 
 
 def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
-    """Return guides that stand about the arc of a problem, in the middles of their paths, laid along it and measured;
-    `nodes` as of `wide_arcs`."""
+    """Return guides that stand about the arc of a problem, in the middles of their paths, laid
+    along it and measured; `nodes` as of `wide_arcs`."""
     path, n = problem.path, len(guides)
     assert path.radius is not None
     assert path.angle is not None
@@ -198,7 +211,8 @@ def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 
 
 def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates whose allowances and expected deviations are as shown if they bound or rank."""
+    """Return candidates whose allowances and expected deviations are as shown if they bound or
+    rank."""
     if problem.needs_allowance:
         return with_allowance(problem, found)
     if problem.constraints.play:
@@ -225,8 +239,9 @@ def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, tra
 def near_path(
     problem: Problem, origin: Origin, moved: CouplerCurve | CircuitCurve, nominal: Nominal | None = None
 ) -> CandidateBatch:
-    """Return guides that stand nearly along the path, about positions near mid-stroke, laid along it anew and measured;
-    arcs bulge to +y already.  With the path itself as `nominal` distances are from that: guides stay where they stand.
+    """Return guides that stand nearly along the path, about positions near mid-stroke, laid along
+    it anew and measured; arcs bulge to +y already.  With the path itself as `nominal` distances are
+    from that: guides stay where they stand.
     """
     if isinstance(moved, CircuitCurve):
         return on_wide_arc(problem, origin, moved)
@@ -249,7 +264,8 @@ def near_path(
 
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
+    """Return candidates with those measured anew whose motion has a better chart than the one they
+    were traced in."""
     if problem.is_wide:
         return found
     best = coupler_curve(found.linkage, found.point, pole=found.pole, least=0.5).motion.chart
@@ -262,11 +278,11 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 
 
 def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> CandidateBatch:
-    """Return candidates laid along the nominal that a finer grid gives, their deviation measured there, and with more
-    digits where double lacks them.
+    """Return candidates laid along the nominal that a finer grid gives, their deviation measured
+    there, and with more digits where double lacks them.
 
-    With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
-    the grids do.
+    With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one
+    asked for, by as much as the grids do.
     """
     guides = found.curve
     if isinstance(guides, CircuitCurve):
@@ -305,7 +321,8 @@ def _pole(guides: CouplerCurve | CircuitCurve) -> Complexes:
 
 
 def unscaled(traced: Traced) -> Traced:
-    """Return traces whose fitted stroke is the one asked for, so that to place them along it changes no length."""
+    """Return traces whose fitted stroke is the one asked for, so that to place them along it
+    changes no length."""
     return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 
 

@@ -21,7 +21,8 @@ from ..problem.problem import Problem
 from ..problem.region import Region
 from .batch import CandidateBatch, every_flip, flipped
 
-#: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or the least.
+#: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or
+#: the least.
 UPPER_BOUNDS = {
     "max_size": "size",
     "max_link": "max_link",
@@ -30,24 +31,28 @@ UPPER_BOUNDS = {
     "max_travel": "travel",
 }
 LOWER_BOUNDS = {"min_link": "min_link", "min_ground": "max_ground"}
-#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former, slots with the latter.
+#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
+#: slots with the latter.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
-#: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
-#: deviate on its way to where its pivots are to stand; and the amount of a relaxed constraint.  Of 0.1 to 0.001 the
-#: former answers nine hard requests of `tests/benchmarks/recall.py` best with 0.01.
+#: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians,
+#: so that a guide may deviate on its way to where its pivots are to stand; and the amount of a
+#: relaxed constraint.  Of 0.1 to 0.001 the former answers nine hard requests of
+#: `tests/benchmarks/recall.py` best with 0.01.
 BESIDE, RELAXED = 0.01, 0.02
-#: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded to double are off by
-#: more than such a guide deviates.  The first where no `max_size` is given, unless something else that is asked for is
-#: more than a tenth as large.
+#: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded
+#: to double are off by more than such a guide deviates.  The first where no `max_size` is given,
+#: unless something else that is asked for is more than a tenth as large.
 FARTHEST = 100.0, 1e3
-#: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that among exact guides a
-#: smaller deviation orders the answers, but gains next to nothing.
+#: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that
+#: among exact guides a smaller deviation orders the answers, but gains next to nothing.
 EXACT_DEVIATION = 1e-12
-#: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
+#: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four
+#: times as many places.
 SWEPT = 16
 #: Most of them: four times as many while they miss too much.
 SWEPT_MOST = 256
-#: Part of the size that they may miss of a pivot or slide, which runs fast where a block swings near its pivot.
+#: Part of the size that they may miss of a pivot or slide, which runs fast where a block swings
+#: near its pivot.
 SWEPT_MISSED = 1e-4
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
 ROUNDING = 1e-9
@@ -57,9 +62,9 @@ TIE = 1e-12
 
 @dataclass(frozen=True)
 class Feasibility:
-    """By how much n candidates break each constraint: lengths in strokes, angles in radians, the deviation as the
-    logarithm of what it is over what is asked, ratios in parts of the bound; 0 where it holds, infinite where the path
-    does not reach over the stroke.
+    """By how much n candidates break each constraint: lengths in strokes, angles in radians, the
+    deviation as the logarithm of what it is over what is asked, ratios in parts of the bound; 0
+    where it holds, infinite where the path does not reach over the stroke.
     """
 
     amounts: Mapping[str, Floats]
@@ -83,12 +88,14 @@ class Feasibility:
 
 
 def weight(name: str, relaxed: str = "") -> float:
-    """Return what the amount counts for by which a constraint is broken; where one is relaxed, all others count."""
+    """Return what the amount counts for by which a constraint is broken; where one is relaxed, all
+    others count."""
     return RELAXED if name == relaxed else BESIDE if name == "deviation" and not relaxed else 1.0
 
 
 def nearer_arm(found: CandidateBatch) -> Floats:
-    """Return how far guided points are from the nearer moving pivot of the linkages as they are traced, shape (n,)."""
+    """Return how far guided points are from the nearer moving pivot of the linkages as they are
+    traced, shape (n,)."""
     arms = np.abs(found.linkage.points[:, :, 1] - found.point[:, None])
     return np.asarray(np.fmin.reduce(np.where(found.linkage.finite[:, :, 1], arms, np.nan), axis=1))
 
@@ -115,14 +122,16 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def uniformity(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return least over largest speed of the guided points over the stroke, shape (n,); 0 without a steady drive."""
+    """Return least over largest speed of the guided points over the stroke, shape (n,); 0 without a
+    steady drive."""
     works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
     return np.nan_to_num(works.uniformity)
 
 
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return the least transmission angles [deg] that a ranking looks at, shape (n,): over the stroke, and if the crank
-    is to turn fully over its turn, 0 where it does not, as at the change point where it begins to."""
+    """Return the least transmission angles [deg] that a ranking looks at, shape (n,): over the
+    stroke, and if the crank is to turn fully over its turn, 0 where it does not, as at the change
+    point where it begins to."""
     over_stroke, driver = found.measures.min_transmission, found.measures.driver
     if not problem.constraints.full_rotation:
         return over_stroke
@@ -130,14 +139,16 @@ def transmission(problem: Problem, found: CandidateBatch) -> Floats:
 
 
 def cost(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is relaxed."""
+    """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is
+    relaxed."""
     if problem.relaxed:
         return np.zeros(len(found))
     return problem.ranking.cost(values(problem, found))
 
 
 def faults(problem: Problem, found: CandidateBatch) -> Indices:
-    """Return by how many measures candidates are worthless, where the score is ranked, shape (n,)."""
+    """Return by how many measures candidates are worthless, where the score is ranked, shape
+    (n,)."""
     if problem.relaxed or "score" not in problem.ranking.weights:
         return np.zeros(len(found), int)
     return problem.ranking.faults(values(problem, found))
@@ -185,12 +196,14 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
 
 
 def excess(name: str, value: Floats, bound: float) -> Floats:
-    """Return by how much values are above an upper bound, or below a lower one, negative where they are not."""
+    """Return by how much values are above an upper bound, or below a lower one, negative where they
+    are not."""
     return value - bound if name in UPPER_BOUNDS else bound - value
 
 
 def farthest(problem: Problem) -> float:
-    """Return the largest size of an answer [strokes]: where no `max_size` is given it stands for that."""
+    """Return the largest size of an answer [strokes]: where no `max_size` is given it stands for
+    that."""
     wanted = problem.constraints
     if wanted.max_size is not None:
         return FARTHEST[1]
@@ -204,7 +217,8 @@ def farthest(problem: Problem) -> float:
 
 
 def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return by how much the bounds on how guides are driven are broken, negative where they are not."""
+    """Return by how much the bounds on how guides are driven are broken, negative where they are
+    not."""
     bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
     if not bounds:
         return {}
@@ -219,7 +233,8 @@ def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
 
 
 def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT) -> dict[str, Floats]:
-    """Return how far links reach out of the room or into what is to be kept free, negative where they do not."""
+    """Return how far links reach out of the room or into what is to be kept free, negative where
+    they do not."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
         poses, built = SampledPoses.of(found.curve, found.traced, nodes, inverse=wanted.slots), machine(problem, found)
@@ -237,9 +252,11 @@ def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT
 
 
 def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> dict[str, Floats]:
-    """Return how far pivots, rails and slots stand outside their regions, by name of the region, shape (n,) each.
+    """Return how far pivots, rails and slots stand outside their regions, by name of the region,
+    shape (n,) each.
 
-    `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; a pivot at infinity stands nowhere.
+    `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; a pivot at infinity
+    stands nowhere.
     """
     amounts = {}
     for name in PIVOT_REGIONS:
@@ -263,7 +280,8 @@ def standing(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
 
 
 def _ends_within(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
-    """Return the ends (n, 2, 2) of those rails and slots that a region of pivots must hold, NaN of others."""
+    """Return the ends (n, 2, 2) of those rails and slots that a region of pivots must hold, NaN of
+    others."""
     return slides if 1 in PIVOT_REGIONS[name] else rails(linkage, slides)
 
 
@@ -274,7 +292,8 @@ def _outside(region: Region, z: Complexes) -> Floats:
 
 
 def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
-    """Return how far rails and slots protrude from a concave region between their ends, shape (n,)."""
+    """Return how far rails and slots protrude from a concave region between their ends, shape
+    (n,)."""
     ends = _ends_within(name, linkage, slides)
     out = np.zeros(ends.shape[:2])
     there = np.isfinite(ends).all(axis=-1)

@@ -1,11 +1,13 @@
-"""Which candidates are given: the best that are unlike each other, few of a series as long as there are others; by
-several criteria first those that no other one beats in all, spread over what can be traded.
+"""Which candidates are given: the best that are unlike each other, few of a series as long as there
+are others; by several criteria first those that no other one beats in all, spread over what can be
+traded.
 
-Likeness is that of designs, whatever their scale, placement and mirror image.  A candidate is laid so that its path
-runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of the path and across its middle (an
-arc only across), and to have its dyads exchanged.  A pivot is taken as the line to it from an eye one stroke above the
-middle of the path, and two pivots are as far apart as the sine of the angle of their lines.  This is a metric, 0 to 1,
-in which a pivot at infinity is as good as any: near the path it is the distance over the stroke, far away that of the
+Likeness is that of designs, whatever their scale, placement and mirror image.  A candidate is laid
+so that its path runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of
+the path and across its middle (an arc only across), and to have its dyads exchanged.  A pivot is
+taken as the line to it from an eye one stroke above the middle of the path, and two pivots are as
+far apart as the sine of the angle of their lines.  This is a metric, 0 to 1, in which a pivot at
+infinity is as good as any: near the path it is the distance over the stroke, far away that of the
 directions.
 """
 
@@ -27,7 +29,8 @@ BLOCK = 4096
 
 
 def normal_form(pivots: Floats, stroke: float) -> Floats:
-    """Return the pivots (n, 2, 2, 3) of laid linkages as unit vectors (n, 4, 3): dyad by dyad, fixed and moving."""
+    """Return the pivots (n, 2, 2, 3) of laid linkages as unit vectors (n, 4, 3): dyad by dyad,
+    fixed and moving."""
     unit = pivots.copy()
     unit[..., 0] -= 0.5 * stroke * unit[..., 2]
     unit[..., 2] *= stroke
@@ -35,8 +38,9 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
 
 
 def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
-    """Return designs, unit vectors (m, k, 3) to the pivots and what else there is, as they may be seen: from the other
-    side, if `mirror` also mirrored in their path, and with the dyads exchanged; shape (k, 3, m * poses)."""
+    """Return designs, unit vectors (m, k, 3) to the pivots and what else there is, as they may be
+    seen: from the other side, if `mirror` also mirrored in their path, and with the dyads
+    exchanged; shape (k, 3, m * poses)."""
     signs = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)][: 4 if mirror else 2], designs.dtype)
     seen = designs[:, None] * signs[:, None]
     exchanged = [2, 3, 0, 1, *range(4, designs.shape[1])]
@@ -45,8 +49,9 @@ def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
-    """Return the distances of designs (m, 4, 3), see `normal_form`, from others (n, 4, 3): the largest of a pivot, in
-    the pose in which that is least; with `mirror`, for straight paths, they may be mirrored in the line of the path.
+    """Return the distances of designs (m, 4, 3), see `normal_form`, from others (n, 4, 3): the
+    largest of a pivot, in the pose in which that is least; with `mirror`, for straight paths, they
+    may be mirrored in the line of the path.
 
     Shape (m, n), between 0 and 1; rounding makes up to 3e-8 of 0.
     """
@@ -61,7 +66,8 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
 
 
 def nearest(designs: Floats, *, mirror: bool) -> Floats:
-    """Return how near each design is to the nearest other one, NaN if there is no other, shape (n,)."""
+    """Return how near each design is to the nearest other one, NaN if there is no other, shape
+    (n,)."""
     if len(designs) < 2:
         return np.full(len(designs), np.nan)
     away = distances(designs, designs, mirror=mirror)
@@ -70,7 +76,8 @@ def nearest(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indices:
-    """Return the numbers of the best of laid designs (n, 2, 2, 3) that are unlike each other, in their order.
+    """Return the numbers of the best of laid designs (n, 2, 2, 3) that are unlike each other, in
+    their order.
 
     Parameters
     ----------
@@ -94,10 +101,12 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
 
 
 def fronts(values: Floats) -> Array:
-    """Return the number of the Pareto front of each row of criteria (n, k), no NaN, less is better; from 1, shape (n,).
+    """Return the number of the Pareto front of each row of criteria (n, k), no NaN, less is better;
+    from 1, shape (n,).
 
-    A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows that none dominates,
-    front 2 those that only rows of front 1 dominate, and so on (Goldberg 1989, nondominated sorting).
+    A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows
+    that none dominates, front 2 those that only rows of front 1 dominate, and so on (Goldberg 1989,
+    nondominated sorting).
     """
     number = np.zeros(len(values), int)
     for i in np.lexsort(values.T[::-1]):  # no row is dominated by a later one
@@ -109,9 +118,10 @@ def fronts(values: Floats) -> Array:
 def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
     """Return an order of the rows of criteria (n, k), front by front, and the front of each row.
 
-    Within a front the first is the best by the first criterion; each next one is the farthest from those before it,
-    criteria measured by their range over the front, so that any beginning of the front covers all of it.  A `key` (n,)
-    decides between equal rows: the order does not depend on how the rows come.
+    Within a front the first is the best by the first criterion; each next one is the farthest from
+    those before it, criteria measured by their range over the front, so that any beginning of the
+    front covers all of it.  A `key` (n,) decides between equal rows: the order does not depend on
+    how the rows come.
     """
     number = fronts(values)
     order: list[int] = []
@@ -129,14 +139,16 @@ def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
     return np.array(order, dtype=int), number
 
 
-#: Criteria that differ by less than a unit of this decimal are equal in a front: rounding is no merit.
+#: Criteria that differ by less than a unit of this decimal are equal in a front: rounding is no
+#: merit.
 DECIMALS = 9
 #: Answers nearer to each other than this are one.
 IDENTICAL = 1e-6
 
 
 def ranks(*keys: Array) -> Indices:
-    """Return how many things with the same keys, of int or str, shape (n,) each, come before each, shape (n,)."""
+    """Return how many things with the same keys, of int or str, shape (n,) each, come before each,
+    shape (n,)."""
     if not len(keys[0]):
         return np.zeros(0, int)
     order = np.lexsort(keys)  # stable
@@ -147,8 +159,9 @@ def ranks(*keys: Array) -> Indices:
 
 
 def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Array]:
-    """Return the best of candidates that meet the constraints in their order, fewest faults first, as many as are
-    asked for at most, and the number of the Pareto front of each, from 1; 0 without fronts."""
+    """Return the best of candidates that meet the constraints in their order, fewest faults first,
+    as many as are asked for at most, and the number of the Pareto front of each, from 1; 0 without
+    fronts."""
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
     if not ranking.front:
@@ -164,8 +177,8 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
 
 
 def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
-    """Return the first of an order that are unlike each other, few of a series as long as there are others, as many as
-    are asked for."""
+    """Return the first of an order that are unlike each other, few of a series as long as there are
+    others, as many as are asked for."""
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, IDENTICAL)
     like = np.zeros(len(order), bool)

@@ -24,7 +24,8 @@ def linkages(pivots: Floats, kind: Array) -> Linkage:
 
 
 def canonical(rows: Mapping[str, Array]) -> CouplerCurve:
-    """Return stored guides in their canonical frame, whose origin is the pole; those of slots in their motion."""
+    """Return stored guides in their canonical frame, whose origin is the pole; those of slots in
+    their motion."""
     z = rows["x"] + 1j * rows["y"]
     return coupler_curve(linkages(stacked_pivots(rows), rows["kind"]), z, pole=np.zeros_like(z))
 

@@ -1,13 +1,13 @@
-"""What is said of refined guides: how far they are from a stationary point of what they were refined for, by duality,
-and how far they have drifted from the series of their ancestors.
+"""What is said of refined guides: how far they are from a stationary point of what they were
+refined for, by duality, and how far they have drifted from the series of their ancestors.
 
-Of the linear problem  min c y  over the steps |s_k| <= r, the measures y, and the constraints  rows (s, y) <= right,
-any multipliers of the rows that balance the cost of the measures prove
+Of the linear problem  min c y  over the steps |s_k| <= r, the measures y, and the constraints  rows
+(s, y) <= right, any multipliers of the rows that balance the cost of the measures prove
 
     min c y >= - right . multipliers - r |rows_s' multipliers|_1,
 
-whatever they are; the bound is exact for the best ones.  What it leaves below the present cost is the gap: 0 exactly
-where the guide is stationary.
+whatever they are; the bound is exact for the best ones.  What it leaves below the present cost is
+the gap: 0 exactly where the guide is stationary.
 """
 
 from __future__ import annotations
@@ -32,7 +32,8 @@ from ..series.series import Series
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 
-#: Moves that the bound holds for: of each coordinate by this part of its unit, a distance from the guided point.
+#: Moves that the bound holds for: of each coordinate by this part of its unit, a distance from the
+#: guided point.
 REGION = 0.01
 #: A peak of the error counts as one of the alternation if it is at least this part of the largest.
 PEAK = 0.95
@@ -44,10 +45,10 @@ PENALTY = 30.0
 class Certificate:
     """How good n guides are; arrays of shape (n,).
 
-    The gap is what moves within `REGION` could at most still take away from the cost, to first order: of a deviation as
-    a part of it, of a score as a part of the desirability, else in strokes and right angles.  0 where the guide is
-    stationary; NaN where the path returns, where it is exact but for rounding and the deviation is ranked, and where
-    nothing was proved.
+    The gap is what moves within `REGION` could at most still take away from the cost, to first
+    order: of a deviation as a part of it, of a score as a part of the desirability, else in strokes
+    and right angles.  0 where the guide is stationary; NaN where the path returns, where it is
+    exact but for rounding and the deviation is ranked, and where nothing was proved.
     """
 
     gap: Floats
@@ -72,7 +73,8 @@ def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | 
 
 
 def alternations(error: Floats) -> Array:
-    """Return how many peaks of errors (n, m) along paths alternate at the largest error, shape (n,)."""
+    """Return how many peaks of errors (n, m) along paths alternate at the largest error, shape
+    (n,)."""
     large = np.abs(error) >= PEAK * np.abs(error).max(1, keepdims=True)
     count, last = np.zeros(len(error), int), np.zeros(len(error))
     for at, sign in zip(large.T, np.sign(error).T, strict=True):
@@ -87,8 +89,8 @@ INSTANTS = 64
 
 
 class Drifts:
-    """How far refined answers have drifted from their series, which a function returns by code; measured when first
-    asked for, as it takes the plugins."""
+    """How far refined answers have drifted from their series, which a function returns by code;
+    measured when first asked for, as it takes the plugins."""
 
     def __init__(self, found: CandidateBatch, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
         self._asked = found, series, slots
@@ -105,7 +107,8 @@ class Drifts:
 
 
 def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Floats:
-    """Return the least residual of each guide's own series over its stroke, shape (n,), the linkages of slots inverted.
+    """Return the least residual of each guide's own series over its stroke, shape (n,), the
+    linkages of slots inverted.
 
     NaN where the series is not registered, and for cognates, which are of another one.
     """

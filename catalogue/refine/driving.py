@@ -1,7 +1,9 @@
-"""Bounds on how guides are driven, as smooth pieces with their derivatives by the pivots; loaded if there are any.
+"""Bounds on how guides are driven, as smooth pieces with their derivatives by the pivots; loaded if
+there are any.
 
-At a fixed place along the nominal the angle of the crank that drives has a derivative by the pivots, and so has its
-own derivative along the path: by how much the crank turns per length of the path.
+At a fixed place along the nominal the angle of the crank that drives has a derivative by the
+pivots, and so has its own derivative along the path: by how much the crank turns per length of the
+path.
 """
 
 from __future__ import annotations
@@ -25,8 +27,8 @@ class Driving:
     of: Quantities
 
     def __call__(self, name: str) -> Pieces:
-        """Return the pieces by which a bound, one of `catalogue.problem.constraints.DRIVE`, is broken: angles in
-        radians, others as parts of the bound."""
+        """Return the pieces by which a bound, one of `catalogue.problem.constraints.DRIVE`, is
+        broken: angles in radians, others as parts of the bound."""
         side, _, column = name.partition("_")
         bound, sign = getattr(self.of.problem.constraints, name), -1.0 if side == "min" else 1.0
         made: dict[str, Callable[[], Iterator[Row]]] = {
@@ -118,7 +120,8 @@ def _extremes(values: Floats) -> tuple[Indices, Indices]:
 
 
 def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs of stations (n,) each, of which one may become the largest and the other the least."""
+    """Yield pairs of stations (n,) each, of which one may become the largest and the other the
+    least."""
     for station in range(count):
         yield most, np.full_like(least, station)
         yield np.full_like(most, station), least

@@ -14,16 +14,16 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from .subproblem import PivotCoordinates
 
-#: Step of the differences of lengths by coordinates, and corrections of the lengths after a move until they are off by
-#: this part at most [strokes].
+#: Step of the differences of lengths by coordinates, and corrections of the lengths after a move
+#: until they are off by this part at most [strokes].
 STEP, ROUNDS, CLOSE = 1e-6, 6, 1e-13
 
 
 @dataclass(frozen=True)
 class HeldLengths:
-    """The coordinates of the pivots and the guided point, as far as lengths by name keep the values that they are to
-    have [strokes]; `frozen` coordinates, (10,), stay too, and fixed pivots `within` a distance of their `places`, (2,)
-    [strokes]."""
+    """The coordinates of the pivots and the guided point, as far as lengths by name keep the values
+    that they are to have [strokes]; `frozen` coordinates, (10,), stay too, and fixed pivots
+    `within` a distance of their `places`, (2,) [strokes]."""
 
     values: dict[str, float]
     frozen: Mask | None = None
@@ -53,8 +53,8 @@ class HeldLengths:
         return linkage, point, good
 
     def closed(self, linkage: Linkage, point: Complexes, unit: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return the nearest linkages whose lengths have their values, those that there are, and the mask of them;
-        moves are measured in units (n, 10, 10)."""
+        """Return the nearest linkages whose lengths have their values, those that there are, and
+        the mask of them; moves are measured in units (n, 10, 10)."""
         there = np.ones(len(linkage), bool)
         for _ in range(ROUNDS):
             missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)
@@ -72,7 +72,8 @@ class HeldLengths:
         return linkage[closed], point[closed], there
 
     def _drawn_back(self, linkage: Linkage) -> Linkage:
-        """Return linkages whose fixed pivots are drawn back to within the distance of their places."""
+        """Return linkages whose fixed pivots are drawn back to within the distance of their
+        places."""
         assert self.places is not None
         away = linkage.points[:, :, 0] - self.places
         far = np.maximum(np.abs(away) / self.within, 1.0)

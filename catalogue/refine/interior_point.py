@@ -9,12 +9,14 @@ import numpy as np
 from ..kinematics.batch import Rows
 from ..kinematics.types import Array, Floats
 
-#: Most iterations; what is left of complementarity, rows and gradient at which they stop; and of complementarity alone,
-#: below which the others, if they do not fall by half, are rounding, that of large multipliers, and would but grow.
+#: Most iterations; what is left of complementarity, rows and gradient at which they stop; and of
+#: complementarity alone, below which the others, if they do not fall by half, are rounding, that of
+#: large multipliers, and would but grow.
 ITERATIONS, CLOSE, CLOSEST = 50, 1e-6, 1e-9
 #: Programmes solved together at most.
 BLOCK = 128
-#: Multipliers start at this power of the largest cost, which is what penalties bring them to in the end.
+#: Multipliers start at this power of the largest cost, which is what penalties bring them to in the
+#: end.
 FIRST = 0.6
 #: Part of the way to the border of the positive orthant that a step goes.
 INSIDE = 0.99
@@ -23,8 +25,9 @@ INSIDE = 0.99
 def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Floats, Floats]:
     """Minimise  x diag(weight) x / 2 + cost x  subject to  rows x <= right.
 
-    Predictor and corrector from a start that need not be feasible (S. Mehrotra, SIAM J. Optim. 2 (1992) 575-601).  All
-    coefficients should be of order 1.  A programme leaves the iteration as soon as it is solved.
+    Predictor and corrector from a start that need not be feasible (S. Mehrotra, SIAM J. Optim. 2
+    (1992) 575-601).  All coefficients should be of order 1.  A programme leaves the iteration as
+    soon as it is solved.
 
     Parameters
     ----------
@@ -128,8 +131,8 @@ def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
 
 
 def _newton(of: _Programmes, at: _Iterates, missing: _Missing, normal: Floats, target: Floats) -> _Iterates:
-    """Return Newton's steps that change the products of slacks and multipliers by a target (n, k), from the normal
-    equations (n, p, p)."""
+    """Return Newton's steps that change the products of slacks and multipliers by a target (n, k),
+    from the normal equations (n, p, p)."""
     pull = (at.dual * missing.rows + target) / at.slack
     dx = -_solved(normal, missing.gradient[..., None] + of.columns @ pull[..., None])[..., 0]
     ds = -missing.rows - (of.rows @ dx[..., None])[..., 0]
@@ -137,7 +140,8 @@ def _newton(of: _Programmes, at: _Iterates, missing: _Missing, normal: Floats, t
 
 
 def _solved(matrix: Floats, right: Floats) -> Array:
-    """Return the solutions of linear systems, NaN of singular ones: the others do not depend on these."""
+    """Return the solutions of linear systems, NaN of singular ones: the others do not depend on
+    these."""
     try:
         return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
@@ -148,7 +152,8 @@ def _solved(matrix: Floats, right: Floats) -> Array:
 
 
 def _far(value: Floats, step: Floats) -> Floats:
-    """Return the longest part of a step, at most all of it, after which no value is below 0, shape (n, 1)."""
+    """Return the longest part of a step, at most all of it, after which no value is below 0, shape
+    (n, 1)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(step < 0, -value / step, np.inf)
     return np.asarray(np.minimum(reach.min(1, keepdims=True), 1.0))

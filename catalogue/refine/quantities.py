@@ -1,8 +1,10 @@
-"""Measures of placed guides as the largest of smooth pieces, with the derivatives of these by the pivots.
+"""Measures of placed guides as the largest of smooth pieces, with the derivatives of these by the
+pivots.
 
-A size is the largest of many distances, a least transmission angle the least of many angles: each piece is smooth, so
-that several can decide at once.  Signs are such that more is worse.  Lengths are in strokes, angles in right angles;
-coordinates are those of `catalogue.guidance.sensitivity`.  What has no derivative in closed form is differenced.
+A size is the largest of many distances, a least transmission angle the least of many angles: each
+piece is smooth, so that several can decide at once.  Signs are such that more is worse.  Lengths
+are in strokes, angles in right angles; coordinates are those of `catalogue.guidance.sensitivity`.
+What has no derivative in closed form is differenced.
 """
 
 from __future__ import annotations
@@ -30,7 +32,8 @@ from ..problem.region import Region
 NONE = -1e3
 #: Places on an arc beyond a half circle: its size is known to half a per cent.
 CORNERS = 33
-#: Distance below which ends of slides are one place: it is never the largest, and any step turns it [strokes].
+#: Distance below which ends of slides are one place: it is never the largest, and any step turns it
+#: [strokes].
 SAME = 1e-4
 
 
@@ -48,14 +51,15 @@ class Pieces(NamedTuple):
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
 
     def in_basis(self, basis: Floats) -> Pieces:
-        """Return the pieces by other coordinates, of which `basis` (n, 10, p) is the derivative, without those that
-        concern nobody."""
+        """Return the pieces by other coordinates, of which `basis` (n, 10, p) is the derivative,
+        without those that concern nobody."""
         some = np.flatnonzero((self.value > NONE).any(axis=0))
         some = some if len(some) else np.zeros(1, int)
         return Pieces(self.value[:, some], self.slope[:, some] @ basis)
 
     def raised(self, to: Floats) -> Pieces:
-        """Return the pieces, all changed by as much as makes the largest of each guide (n,) what it is between them."""
+        """Return the pieces, all changed by as much as makes the largest of each guide (n,) what it
+        is between them."""
         return self.less(np.nan_to_num(self.value.max(1) - to))
 
     def less(self, bound: Floats | float) -> Pieces:
@@ -134,15 +138,16 @@ class Quantities:
         return made[name]()
 
     def ranked(self, name: str) -> Pieces:
-        """Return the pieces of a measure that is ranked: the transmission over the turn too of a crank that is to turn
-        fully, though a bound on the transmission is one over the stroke."""
+        """Return the pieces of a measure that is ranked: the transmission over the turn too of a
+        crank that is to turn fully, though a bound on the transmission is one over the stroke."""
         if name != "transmission" or not self.problem.constraints.full_rotation:
             return self(name)
         both = zip(self(name), self("transmission_turn"), strict=True)
         return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
 
     def collapse(self) -> Pieces:
-        """Return pieces that keep links from shrinking to a point, about which the linkage would turn as one body."""
+        """Return pieces that keep links from shrinking to a point, about which the linkage would
+        turn as one body."""
         rows = [
             (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self.links(), self._length(*self._frame))
         ]
@@ -165,7 +170,8 @@ class Quantities:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Which pivot of a dyad is fixed, and which moves: of slots, traced inverted, the other way round."""
+        """Which pivot of a dyad is fixed, and which moves: of slots, traced inverted, the other way
+        round."""
         return (1, 0) if self.problem.constraints.slots else (0, 1)
 
     @property
@@ -193,7 +199,8 @@ class Quantities:
 
     @property
     def _corners(self) -> Complexes:
-        """Places of the nominal that its size is read from: its ends, and others of an arc beyond a half circle."""
+        """Places of the nominal that its size is read from: its ends, and others of an arc beyond a
+        half circle."""
         path = self.problem.path
         if not path.is_wide or path.radius is None or path.angle is None:
             return np.array([0j, path.stroke + 0j])
@@ -212,8 +219,9 @@ class Quantities:
     # -- slides -------------------------------------------------------------------------------------------------
     @cached_property
     def _slides(self) -> dict[int, list[Row]]:
-        """By number of a dyad, unless all of it are cranks, the places in mid-stroke of what may be ends of its rail or
-        slot, (n,), with derivatives (n, 10), complex; NaN where there is none."""
+        """By number of a dyad, unless all of it are cranks, the places in mid-stroke of what may be
+        ends of its rail or slot, (n,), with derivatives (n, 10), complex; NaN where there is
+        none."""
         sliding = (self.linkage.dyads != RR).any(0)
         return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
 
@@ -226,7 +234,8 @@ class Quantities:
         return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
 
     def _seen_by_coupler(self, i: int) -> Row:
-        """Return where the coupler has its points that lie on the fixed pivot of dyad i at the stations."""
+        """Return where the coupler has its points that lie on the fixed pivot of dyad i at the
+        stations."""
         pose, turn = self.pose, 1 + self.pose.x
         away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
         slope = (own_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
@@ -237,7 +246,8 @@ class Quantities:
         return Pieces.of([none, *(distance(*pair) for ends in self._slides.values() for pair in combinations(ends, 2))])
 
     def _reach_of_slides(self) -> Iterable[Row]:
-        """Distances of the ends of rails and slots from each other, from the pivots and from the path."""
+        """Distances of the ends of rails and slots from each other, from the pivots and from the
+        path."""
         n = len(self)
         still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
         others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
@@ -248,8 +258,8 @@ class Quantities:
 
     # -- angles -------------------------------------------------------------------------------------------------
     def _transmission(self) -> Pieces:
-        """Less the transmission angles at the stations, in right angles, with the crank that drives; all as much lower
-        as the least one between them is."""
+        """Less the transmission angles at the stations, in right angles, with the crank that
+        drives; all as much lower as the least one between them is."""
         driver = self.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
         least = ((np.sign(sine.sum(0)) * sine).min(0) for sine in (other, first))
@@ -264,8 +274,9 @@ class Quantities:
         return pieces if self.least is None else pieces.raised(-self.least / 90)
 
     def _over_the_turn(self) -> Iterable[Row]:
-        """Less the transmission angles where they can be least over the turn of the crank that drives, in right angles,
-        0 where it does not turn fully; see `catalogue.guidance.metrics`."""
+        """Less the transmission angles where they can be least over the turn of the crank that
+        drives, in right angles, 0 where it does not turn fully; see
+        `catalogue.guidance.metrics`."""
         driver, built = self.driver, self.machine
         kind, margin = built.dyads, rotation_margin(built)
         turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
@@ -285,9 +296,11 @@ class Quantities:
                 yield _angle(slide, *ratio(plus((side, e)), near))
 
     def _sine(self, driver: int) -> Row:
-        """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and (m, n, 10).
+        """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and
+        (m, n, 10).
 
-        Of slots those of the machine, whose moving pivots are the fixed ones of the traced inversion.
+        Of slots those of the machine, whose moving pivots are the fixed ones of the traced
+        inversion.
         """
         other, kind, (fixed, moving) = 1 - driver, self.linkage.dyads, self.ends
         slide = PR if self.problem.constraints.slots else RP
@@ -306,8 +319,8 @@ class Quantities:
         return sine, slope
 
     def at(self, i: int, j: int) -> Row:
-        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives; as
-        moving pivot of a third dyad the guided point."""
+        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity,
+        with derivatives; as moving pivot of a third dyad the guided point."""
         if j == 0:
             z, still = self.linkage.points[:, i, 0], np.ones(self.pose.d.shape)
             return still * z, _own(i, 0, still)
@@ -323,7 +336,8 @@ class Quantities:
 
     # -- room ---------------------------------------------------------------------------------------------------
     def _swept(self) -> Pieces:
-        """How far pivots and the guided point reach out of each side of a convex region at the station where most."""
+        """How far pivots and the guided point reach out of each side of a convex region at the
+        station where most."""
         wanted, n = self.problem.constraints, np.arange(len(self))
         region = wanted.swept_in
         assert region is not None
@@ -341,7 +355,8 @@ class Quantities:
         return Pieces.of(rows)
 
     def _moved(self, end: Row, slot: Mask) -> Row:
-        """Return where ends (n,) of slots, carried by the coupler, and of rails, which stay, are at the stations."""
+        """Return where ends (n,) of slots, carried by the coupler, and of rails, which stay, are at
+        the stations."""
         place, slope = end
         arm = self.pose.direction(place - self.pose.origin)
         turned = (1 + self.pose.x)[..., None] * slope + 1j * arm[..., None] * self.by.angle + self.by.shift
@@ -355,7 +370,8 @@ class Quantities:
         return Driving(self).uniformity()
 
     def _turning(self) -> Pieces:
-        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
+        """By how much the crank nearest to it fails to turn fully, in lengths; see
+        `catalogue.guidance.metrics`."""
         built = self.machine
         kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
@@ -373,8 +389,9 @@ class Quantities:
         return Pieces.of((np.where(where, value, np.nan), slope) for where, (value, slope) in cases)
 
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
-        """Return lengths with the first crank where a mask (n,) says so, else with the other: the crank, the frame, the
-        coupler, the other crank, its offset, and how far its fixed pivot is from that of the crank."""
+        """Return lengths with the first crank where a mask (n,) says so, else with the other: the
+        crank, the frame, the coupler, the other crank, its offset, and how far its fixed pivot is
+        from that of the crank."""
         z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
         return (
             chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
@@ -383,7 +400,8 @@ class Quantities:
         )  # fmt: skip
 
     def _offset(self, i: int) -> Row:
-        """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
+        """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from
+        a slide's."""
         z, o, (fixed, moving) = self.linkage.points, 1 - i, self.ends
         slider = self.machine.dyads[:, o] == PR
         normal = np.where(slider, z[:, o, fixed], z[:, o, moving])
@@ -425,7 +443,8 @@ def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
 
 
 def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
-    """Distance of two points and its derivatives; 0 ... 3 pivots, 4 the guided point, 5 a point that stays."""
+    """Distance of two points and its derivatives; 0 ... 3 pivots, 4 the guided point, 5 a point
+    that stays."""
     by = np.zeros((len(one), COUNT + 2))
     between = one - other
     with np.errstate(all="ignore"):
@@ -437,7 +456,8 @@ def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
 
 
 def distance(one: Row, other: Row) -> Row:
-    """Distance of two places (n,) with complex derivatives (n, 10), and its derivatives; NaN if they are one."""
+    """Distance of two places (n,) with complex derivatives (n, 10), and its derivatives; NaN if
+    they are one."""
     between = one[0] - other[0]
     with np.errstate(all="ignore"):
         unit = np.where(np.abs(between) > SAME, between / np.abs(between), np.nan)
@@ -452,8 +472,8 @@ def own_slope(n: int, k: int) -> Complexes:
 
 
 def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
-    """How far places with complex derivatives lie outside each side of a convex region; of another one outside the
-    nearest side alone."""
+    """How far places with complex derivatives lie outside each side of a convex region; of another
+    one outside the nearest side alone."""
     corner, out = region.sides
     if region.is_convex:
         for c, normal in zip(corner, out, strict=True):

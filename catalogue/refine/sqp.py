@@ -1,10 +1,12 @@
-"""Refinement of placed guides on their finite motion: sequential quadratic programming with elastic constraints.
+"""Refinement of placed guides on their finite motion: sequential quadratic programming with elastic
+constraints.
 
-Each round linearises the distance from the nominal at Chebyshev points, all constraints and all ranked measures
-(`subproblem`), asks for the steps that make the cost least within several radii (`step`), follows the best by a second
-one from where it led, which corrects what was left out of the linearisation (so that long steps along curved valleys
-are possible), and lays and measures all of them on the finite motion.  A guide may start outside the constraints and
-break them on the way, at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from
+Each round linearises the distance from the nominal at Chebyshev points, all constraints and all
+ranked measures (`subproblem`), asks for the steps that make the cost least within several radii
+(`step`), follows the best by a second one from where it led, which corrects what was left out of
+the linearisation (so that long steps along curved valleys are possible), and lays and measures all
+of them on the finite motion.  A guide may start outside the constraints and break them on the way,
+at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from
 the linear model.
 """
 
@@ -23,23 +25,28 @@ from ..problem.problem import Problem
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 
-#: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
+#: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of
+#: the second step.
 RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
 #: After how many rounds charts are chosen anew: guides go little farther than a radius in each.
 CHARTED = 4
-#: By which part of the deviation allowed the second step stays inside it, at most: by what the first one missed it.
+#: By which part of the deviation allowed the second step stays inside it, at most: by what the
+#: first one missed it.
 MISSED = 0.1
-#: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
-#: than that; in haste, one such round after one that made it less by more, where no constraint is broken.
+#: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its
+#: merit less by less than that; in haste, one such round after one that made it less by more, where
+#: no constraint is broken.
 SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
-#: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what it is multiplied by
-#: where the violation does not fall to `FALLS` of what it was.  Held at 30, 100 or 300 answers are alike.
+#: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what
+#: it is multiplied by where the violation does not fall to `FALLS` of what it was.  Held at 30, 100
+#: or 300 answers are alike.
 PENALTY, HELD, STEEPEST, STEEPER, FALLS = 10.0, 100.0, 1e4, 4.0, 0.7
 
 
 @dataclass(frozen=True)
 class Trials:
-    """n measured trial points: of which guide each comes, by which factor of its radius; what it costs, and breaks."""
+    """n measured trial points: of which guide each comes, by which factor of its radius; what it
+    costs, and breaks."""
 
     candidates: CandidateBatch
     of: Indices
@@ -49,14 +56,16 @@ class Trials:
     met: Mask
 
     def merit(self, penalty: Floats) -> Floats:
-        """Return what they cost with what they break, at the price (n,) of their guides; infinite if unknown."""
+        """Return what they cost with what they break, at the price (n,) of their guides; infinite
+        if unknown."""
         merit = self.cost + penalty[self.of] * self.violation
         return np.where(np.isnan(merit), np.inf, merit)
 
 
 @dataclass
 class Refinement:
-    """n candidates on their way to where their cost is least, driven by `step`; arrays of shape (n,)."""
+    """n candidates on their way to where their cost is least, driven by `step`; arrays of shape
+    (n,)."""
 
     problem: Problem
     current: CandidateBatch  #: where each is now
@@ -119,7 +128,8 @@ class Refinement:
 
     @property
     def merit(self) -> Floats:
-        """What the best of each costs, or how near it came, which is worse than any that met all constraints."""
+        """What the best of each costs, or how near it came, which is worse than any that met all
+        constraints."""
         return np.where(np.isfinite(self.best_cost), self.best_cost, 1e3 + self.nearest)
 
     def run(self, rounds: int) -> Refinement:
@@ -130,8 +140,8 @@ class Refinement:
         return self
 
     def step(self, followed: int = len(RADIUS_FACTORS)) -> bool:
-        """Take one round, in which so many steps of each guide, the best, are followed by a second one; return whether
-        any guide is still on its way."""
+        """Take one round, in which so many steps of each guide, the best, are followed by a second
+        one; return whether any guide is still on its way."""
         at = np.flatnonzero(self.active)
         if not len(at):
             return False
@@ -177,7 +187,8 @@ class Refinement:
             self.best = self.best.replaced(at[first], trials.candidates[first])
 
     def _trials(self, at: Indices, followed: int) -> Trials:
-        """Return what comes of the steps of the guides `at` within all radii, and of second steps from the best."""
+        """Return what comes of the steps of the guides `at` within all radii, and of second steps
+        from the best."""
         here, n = self.current[at], len(at)
         each, factor = np.tile(np.arange(n), len(RADIUS_FACTORS)), np.repeat(RADIUS_FACTORS, n)
         penalty, radius = self.penalty[at], self.radius[at]
@@ -198,7 +209,8 @@ class Refinement:
         self, here: CandidateBatch, each: Indices, factor: Floats, radius: Floats, penalty: Floats,
         share: Floats | float = 1.0,
     ) -> Trials:  # fmt: skip
-        """Return what comes of a step of guides, `each` of those here, within radii, using a share of the deviation."""
+        """Return what comes of a step of guides, `each` of those here, within radii, using a share
+        of the deviation."""
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)
         found = take_step(linear[each], radius, penalty[each], share=share)

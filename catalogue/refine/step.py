@@ -1,4 +1,5 @@
-"""The step that makes the linearised cost least inside linearised constraints, for many guides at once."""
+"""The step that makes the linearised cost least inside linearised constraints, for many guides at
+once."""
 
 from __future__ import annotations
 
@@ -15,9 +16,11 @@ from .subproblem import Subproblem
 
 #: How far inside the constraints the linear problem stays [strokes, right angles].
 MARGIN = 2e-5
-#: Pull towards short steps, in parts of the squared radius, which makes the linear programme a regular one.
+#: Pull towards short steps, in parts of the squared radius, which makes the linear programme a
+#: regular one.
 PULL = 1e-3
-#: Cost of what a measure rises by even where the cost does not depend on it, and of slack that nobody needs.
+#: Cost of what a measure rises by even where the cost does not depend on it, and of slack that
+#: nobody needs.
 SLIGHT = 1e-3
 #: Constraints that share a slack.
 SHARING = ("collapse", "distance from the moving pivots", "radius")
@@ -27,7 +30,8 @@ BALANCED = 1e-4
 
 @dataclass(frozen=True)
 class Step:
-    """Steps of n guides, and what the linearised cost, with the penalties, can fall by at most, by duality."""
+    """Steps of n guides, and what the linearised cost, with the penalties, can fall by at most, by
+    duality."""
 
     displacement: Floats  #: (n, p), NaN where the problem is not finite
     bound: Floats  #: (n,), NaN where the multipliers do not balance the cost, as after too few iterations
@@ -36,9 +40,11 @@ class Step:
 def take_step(
     problem: Subproblem, radius: Floats, penalty: Floats, margin: float = MARGIN, share: Floats | float = 1.0
 ) -> Step:
-    """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation are least.
+    """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation
+    are least.
 
-    Constraints are elastic, each kind with a slack of its own, those that are hardly ever broken with one together.
+    Constraints are elastic, each kind with a slack of its own, those that are hardly ever broken
+    with one together.
 
     Parameters
     ----------
@@ -76,8 +82,8 @@ class _Scaling:
 
 
 def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
-    """Scale the singular directions of the Jacobian, however ill-conditioned it is, each by the larger of its effect on
-    the errors and the radius."""
+    """Scale the singular directions of the Jacobian, however ill-conditioned it is, each by the
+    larger of its effect on the errors and the radius."""
     worst = np.abs(problem.error).max(1)
     only_deviation = set(problem.marginal) == {"deviation"}
     unit = np.maximum(worst, EXACT_DEVIATION if only_deviation else problem.allowed)
@@ -112,8 +118,8 @@ def _programme(
 
 
 class _Columns:
-    """The columns of a programme: the steps, the largest error, the ranked measures, the slacks of the constraints, of
-    which the first is shared."""
+    """The columns of a programme: the steps, the largest error, the ranked measures, the slacks of
+    the constraints, of which the first is shared."""
 
     def __init__(self, problem: Subproblem) -> None:
         self.steps = self.error = int(problem.jacobian.shape[2])
@@ -141,7 +147,8 @@ def _costs(problem: Subproblem, scaling: _Scaling, columns: _Columns, penalty: F
     return cost
 
 
-#: Rows  slope . steps + columns <= right  of n programmes: (n, k, p), (n, k), and the other columns with a value.
+#: Rows  slope . steps + columns <= right  of n programmes: (n, k, p), (n, k), and the other columns
+#: with a value.
 _Block = tuple[Floats, Floats, Mapping[int, Floats | float]]
 
 
@@ -170,8 +177,8 @@ def _elastic_rows(
 def _with_error(
     problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
 ) -> tuple[Floats, Mapping[int, Floats]]:
-    """Return by how much the present error lifts the right side of rows that rise with the largest error, (n, 1) or 0,
-    and their coefficients in its column."""
+    """Return by how much the present error lifts the right side of rows that rise with the largest
+    error, (n, 1) or 0, and their coefficients in its column."""
     if name not in problem.by_error:
         return np.zeros((1, 1)), {}
     rate = problem.by_error[name][:, None]
@@ -200,20 +207,23 @@ def _assembled(blocks: Sequence[_Block], width: int) -> tuple[Floats, Floats]:
 def _dual_bound(
     scaling: _Scaling, programme: _Programme, multipliers: Floats, radius: Floats, at_rest: Floats
 ) -> Floats:
-    """Return the bound that multipliers (n, k) prove, shape (n,), those of the radius left out; see `certificate`."""
+    """Return the bound that multipliers (n, k) prove, shape (n,), those of the radius left out; see
+    `certificate`."""
     p = scaling.stretch.shape[1]
     count = multipliers.shape[1] - 2 * p
     proof, rows, right = multipliers[:, :count], programme.rows[:, :count], programme.right[:, :count]
     force = (proof[:, None] @ rows[..., :p])[:, 0]  # in the scaled coordinates
     pulled = (force[:, None] @ (scaling.stretch[..., None] * scaling.turn))[:, 0]
     bound = at_rest + (proof * right).sum(1) + radius * np.abs(pulled).sum(1)
-    # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order 1
+    # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order
+    # 1
     unbalanced = np.abs(programme.cost[:, p:] + (proof[:, None] @ rows[..., p:])[:, 0]).sum(1)
     return np.where(unbalanced <= BALANCED, bound + 2 * unbalanced, np.nan)
 
 
 def _violation(problem: Subproblem, unit: Floats, margin: float) -> Floats:
-    """Return by how much the constraints are broken before the step, as the slacks count it, shape (n,)."""
+    """Return by how much the constraints are broken before the step, as the slacks count it, shape
+    (n,)."""
     broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
     deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / unit
     return np.asarray(weight("deviation") * deviation + np.sum(broken, axis=0))

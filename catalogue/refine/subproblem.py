@@ -1,8 +1,9 @@
-"""The linear problem of placed guides: how they may move, and by that the distances from the nominal, constraints and
-ranked measures with derivatives.
+"""The linear problem of placed guides: how they may move, and by that the distances from the
+nominal, constraints and ranked measures with derivatives.
 
-The nominal stays where it is and the linkage moves under it: translations and rotations of the whole linkage stand for
-those of the nominal.  Only the curvature of an arc of any radius is a coordinate of its own.
+The nominal stays where it is and the linkage moves under it: translations and rotations of the
+whole linkage stand for those of the nominal.  Only the curvature of an arc of any radius is a
+coordinate of its own.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ from ..problem.problem import Problem
 from ..problem.ranking import RISING, Ranking
 from .quantities import Pieces, Quantities
 
-#: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.
+#: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it
+#: stood there.
 LEAST_UNIT = 0.1
 #: The coordinate that never moves: the guided point is in the middle of its stroke.
 ALONG = 8
@@ -48,18 +50,21 @@ class Parametrisation(Protocol):
     """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
 
     def basis(self, found: CandidateBatch) -> Floats:
-        """Return the derivatives (n, 10, p) of the coordinates of `catalogue.guidance.sensitivity` by the steps."""
+        """Return the derivatives (n, 10, p) of the coordinates of `catalogue.guidance.sensitivity`
+        by the steps."""
 
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return the linkages and guided points after steps (n, p), those that are valid, and the mask (n,) of them."""
+        """Return the linkages and guided points after steps (n, p), those that are valid, and the
+        mask (n,) of them."""
 
 
 @dataclass(frozen=True)
 class PivotCoordinates:
-    """The coordinates of the pivots and the guided point [strokes], in their distances from the guided point.
+    """The coordinates of the pivots and the guided point [strokes], in their distances from the
+    guided point.
 
-    Every answer is laid along its path anew, which moves frozen pivots by what the path turns or shifts, less and less
-    as the steps become short.
+    Every answer is laid along its path anew, which moves frozen pivots by what the path turns or
+    shifts, less and less as the steps become short.
     """
 
     frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
@@ -96,11 +101,13 @@ def units(linkage: Linkage, point: Complexes) -> Floats:
     return unit
 
 
-#: Intervals between the points at which the distance is linearised; every other one is where transmission is read.
+#: Intervals between the points at which the distance is linearised; every other one is where
+#: transmission is read.
 NODES, FEWER = 32, 16
 #: Flattest arc that is still one if the radius is not given [strokes].
 FLATTEST = 50.0
-#: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the worse.
+#: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the
+#: worse.
 BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
@@ -108,7 +115,8 @@ NEAR = 0.05
 
 @dataclass(frozen=True)
 class Subproblem:
-    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step of 1 is large."""
+    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step
+    of 1 is large."""
 
     error: Floats  #: (n, m), distances from the nominal along the path [strokes]
     jacobian: Floats  #: (n, m, p)
@@ -139,8 +147,9 @@ def linearise(
     moves: Parametrisation,
     nominal: Nominal | None = None,
 ) -> Subproblem:
-    """Return the linear problem of placed guides, in the coordinates of `moves` and, of an arc of any radius, the
-    curvature as one more; distances are measured from a nominal in place if one is given."""
+    """Return the linear problem of placed guides, in the coordinates of `moves` and, of an arc of
+    any radius, the curvature as one more; distances are measured from a nominal in place if one is
+    given."""
     many = problem.is_wide or "deviation" in (problem.ranking.only, problem.relaxed)
     intervals = NODES if many else FEWER
     nodes = grid(intervals).nodes
@@ -188,9 +197,10 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
 def _distance(
     z: Complexes, bend: Floats, rise: Floats | None = None, half: float = 0.5
 ) -> tuple[Floats, Complexes, Floats]:
-    """Return the signed distances of points (m, n) from the arcs of given curvature over the chord from 0 to 1, unit
-    vectors along these there, and the derivatives of the distances by the curvature; arcs near a half circle, or
-    beyond, have a `rise` (n,) and `half` a chord of their own."""
+    """Return the signed distances of points (m, n) from the arcs of given curvature over the chord
+    from 0 to 1, unit vectors along these there, and the derivatives of the distances by the
+    curvature; arcs near a half circle, or beyond, have a `rise` (n,) and `half` a chord of their
+    own."""
     middle = z - half
 
     def signed(k: Floats) -> tuple[Floats, Complexes]:
@@ -204,7 +214,8 @@ def _distance(
 
 
 def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
-    """Return distances from nominals (m, n) after these, which ran through the ends of the paths, are best placed."""
+    """Return distances from nominals (m, n) after these, which ran through the ends of the paths,
+    are best placed."""
     _, run, weight = concentric(z.real - 0.5, z.imag - rise_over(np.ones(()), bend), bend)
     fine = grid(len(error) - 1).fine
     peaks, along, by = fine @ error, fine @ run, fine @ weight
@@ -277,8 +288,9 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
 def differences(
     problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Floats, nominal: Nominal | None
 ) -> dict[str, Pieces]:
-    """Return constraints with the derivatives of the amounts by which they are broken, differenced on the finite motion
-    of those guides for which one of them is near; for others they are as good as constant."""
+    """Return constraints with the derivatives of the amounts by which they are broken, differenced
+    on the finite motion of those guides for which one of them is near; for others they are as good
+    as constant."""
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])
     near = np.flatnonzero(np.isfinite(amounts).all(0) & (amounts > -NEAR).any(0))
@@ -301,9 +313,9 @@ def differences(
 def _of_scatter(
     problem: Problem, found: CandidateBatch, guides: CouplerCurve | CircuitCurve
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
-    """Return the constraint and the measures that know the scatter of the pivots, and what they rise by per unit of the
-    largest error: less the allowance in parts of its bound and of the deviation asked, and in parts of this the
-    deviation expected at the play asked."""
+    """Return the constraint and the measures that know the scatter of the pivots, and what they
+    rise by per unit of the largest error: less the allowance in parts of its bound and of the
+    deviation asked, and in parts of this the deviation expected at the play asked."""
     wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
     limits: dict[str, Pieces] = {}
     measures: dict[str, Pieces] = {}
@@ -326,7 +338,8 @@ def _of_scatter(
 
 
 def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return what the cost of each guide rises by per unit of each measure that becomes worse, shape (n,)."""
+    """Return what the cost of each guide rises by per unit of each measure that becomes worse,
+    shape (n,)."""
     if problem.relaxed:
         return {}
     here = values(problem, found)
@@ -338,7 +351,8 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return what the cost rises by per unit of each ranked quantity that becomes worse, shape (n,)."""
+    """Return what the cost rises by per unit of each ranked quantity that becomes worse, shape
+    (n,)."""
     base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
         worse = values[name] + (-WORSE if name in RISING else WORSE)
@@ -354,7 +368,8 @@ def wider(pieces: Pieces) -> Pieces:
 
 
 def _radius(bend: Floats, count: int) -> Pieces:
-    """Return the constraints on the curvature of an arc of any radius, its last coordinate: neither flat nor full."""
+    """Return the constraints on the curvature of an arc of any radius, its last coordinate: neither
+    flat nor full."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
     flattest, fullest = np.maximum(bend, -1 / FLATTEST), np.minimum(bend, -FULLEST)
@@ -362,8 +377,8 @@ def _radius(bend: Floats, count: int) -> Pieces:
 
 
 def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
-    """Return errors (n, m) and derivatives (n, m, p) carried from the nodes to where, between two nodes each, the error
-    is largest: one of four points."""
+    """Return errors (n, m) and derivatives (n, m, p) carried from the nodes to where, between two
+    nodes each, the error is largest: one of four points."""
     fine = grid(intervals).fine
     error, jacobian = error @ fine.T, fine @ jacobian
     n, m = error.shape

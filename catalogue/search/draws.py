@@ -1,5 +1,5 @@
-"""What starts made to measure have in common: which families suit, where fixed pivots and curvatures are drawn, and
-which of them are worth to be measured."""
+"""What starts made to measure have in common: which families suit, where fixed pivots and
+curvatures are drawn, and which of them are worth to be measured."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ from ..problem.region import Region
 LONGEST, SHORTEST = 12.0, 0.06
 #: About which radius arcs of any radius are drawn, log-normally, and the least [strokes].
 RADIUS, BENT, SHARPEST = 1.0, 0.7, 0.55
-#: Where fixed pivots are drawn if nothing is said: log-normally about this distance from mid-stroke [strokes].
+#: Where fixed pivots are drawn if nothing is said: log-normally about this distance from mid-stroke
+#: [strokes].
 DISTANCE, SPREAD = 1.0, 0.6
 
 
@@ -31,7 +32,8 @@ def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
 
 
 def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Floats:
-    """Return the curvatures of the paths that starts are made for [1/stroke]: of an arc of any radius they differ."""
+    """Return the curvatures of the paths that starts are made for [1/stroke]: of an arc of any
+    radius they differ."""
     if problem.curvature is not None:
         return np.full(count, float(problem.curvature))
     return np.asarray(-1 / np.clip(np.exp(random.normal(np.log(RADIUS), BENT, count)), SHARPEST, LONGEST))
@@ -43,7 +45,8 @@ def summit(curvature: Floats) -> Complexes:
 
 
 def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
-    """Return places for a fixed pivot of each: in the region where it must stand, else about the path, (n,)."""
+    """Return places for a fixed pivot of each: in the region where it must stand, else about the
+    path, (n,)."""
     wanted, count = problem.constraints, len(point)
     region = region_of(problem)
     most = wanted.max_size or LONGEST
@@ -56,7 +59,8 @@ def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator
 
 
 def likeliest(linkage: Linkage, point: Complexes, curvature: Floats, count: int) -> Indices:
-    """Return which of n linkages keep nearest to their nominals over the stroke, `count` at most."""
+    """Return which of n linkages keep nearest to their nominals over the stroke, `count` at
+    most."""
     with np.errstate(all="ignore"):
         there = Stationed.followed(linkage, point, curvature)
         away = np.where(there.reached, there.deviation, np.inf)

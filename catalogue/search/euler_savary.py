@@ -1,13 +1,16 @@
-"""Starts made to measure: linkages whose guided point touches the path asked to second order, pivots where they may be.
+"""Starts made to measure: linkages whose guided point touches the path asked to second order,
+pivots where they may be.
 
-In mid-stroke the guided point P is on the path, with the tangent along +x and curvature k.  Its pole Q lies on the
-normal; with Q, both fixed pivots and the place of one moving pivot chosen at random, Euler and Savary give the rest: a
-point at the signed distance a from Q along the unit ray e, whose path has its centre at a*, obeys
+In mid-stroke the guided point P is on the path, with the tangent along +x and curvature k.  Its
+pole Q lies on the normal; with Q, both fixed pivots and the place of one moving pivot chosen at
+random, Euler and Savary give the rest: a point at the signed distance a from Q along the unit ray
+e, whose path has its centre at a*, obeys
 
     1 / a - 1 / a* = 1 / (e . W),
 
-W being the vector from Q to the inflection pole.  P and the first dyad are two linear equations for W, the second
-dyad's moving pivot follows.  A fixed pivot at infinity (slider) is 1 / a* = 0 on a ray across its line.
+W being the vector from Q to the inflection pole.  P and the first dyad are two linear equations for
+W, the second dyad's moving pivot follows.  A fixed pivot at infinity (slider) is 1 / a* = 0 on a
+ray across its line.
 
 Source: Euler-Savary as in Allievi 1895, sec. 3; the draws are ours.
 """
@@ -29,7 +32,8 @@ PINNED = {"four-bar": True, "slider-crank": False}
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return starts of a family, measured; those that do not reach over the stroke have deviation NaN.
+    """Return starts of a family, measured; those that do not reach over the stroke have deviation
+    NaN.
 
     Parameters
     ----------

@@ -19,7 +19,8 @@ PART = 0.95
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return exact guides of the families asked for, measured, of `count` that are drawn; None if there are none."""
+    """Return exact guides of the families asked for, measured, of `count` that are drawn; None if
+    there are none."""
     if problem.curvature == 0:
         kinds = allowed(problem, {"elliptic-trammel": False, "slider-crank": False})
         return cardan(problem, kinds, count, random) if kinds else None
@@ -27,8 +28,9 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
 
 
 def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return parallelograms whose cranks are as long as the radius, measured; None if they would come too near to a
-    dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
+    """Return parallelograms whose cranks are as long as the radius, measured; None if they would
+    come too near to a dead point.  Every point of the coupler runs along such an arc exactly:
+    trivial, but compact and sound."""
     bend = curvatures(problem, count, random)
     free = np.maximum(0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD, 0.0)
     tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
@@ -50,8 +52,9 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
 def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Generator) -> CandidateBatch | None:
     """Return linkages in Cardan motion, measured; None if none reaches over the stroke.
 
-    A circle rolls inside one of twice its radius: each of its points runs along a line through the centre of that one,
-    which lies on the path.  Two points of it are in sliders, or one is and its own centre on a crank.
+    A circle rolls inside one of twice its radius: each of its points runs along a line through the
+    centre of that one, which lies on the path.  Two points of it are in sliders, or one is and its
+    own centre on a crank.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""What is told of a search: how many starts and points it took, how long, and all that was found."""
+"""What is told of a search: how many starts and points it took, how long, and all that was
+found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Stored guides as starts: read as columns, ranked by what they would cost and break, shortlisted with variety."""
+"""Stored guides as starts: read as columns, ranked by what they would cost and break, shortlisted
+with variety."""
 
 from __future__ import annotations
 
@@ -29,16 +30,19 @@ from ..store import JOINED, PIVOT_NAMES, Database
 COVER = 2000
 #: How much a length or angle of a stored reach that breaks a constraint counts beside the cost.
 BREAKS = 3.0
-#: Largest and least factor by which a stored stroke is stretched to use the tolerance; of arcs cut to a given sweep.
+#: Largest and least factor by which a stored stroke is stretched to use the tolerance; of arcs cut
+#: to a given sweep.
 STRETCH, CUT = (0.5, 2.0), (0.02, 1.5)
 #: With which power of the stroke the deviation grows, typically, and the stroke with the tolerance.
 GROWTH, GAIN = 4.5, 0.22
-#: What counts as broken: an e-fold of deviation too much; a tolerance that a straight line is off a flat arc; that no
-#: crank turns fully; that an angle is not known [radians].
+#: What counts as broken: an e-fold of deviation too much; a tolerance that a straight line is off a
+#: flat arc; that no crank turns fully; that an angle is not known [radians].
 DEVIATES, UNBENT, TURNS_NOT, UNKNOWN = 0.1, 0.02, 0.3, 0.5
-#: How often the window of a return guide is corrected, and which part of the tolerance it is to use.
+#: How often the window of a return guide is corrected, and which part of the tolerance it is to
+#: use.
 CORRECTIONS, USED = 4, 0.995
-#: Starts of one series that differ by less than this in size [strokes] and transmission angle [right angles] are one.
+#: Starts of one series that differ by less than this in size [strokes] and transmission angle
+#: [right angles] are one.
 CELL = (0.15, 0.12)
 #: Allowance of a typical stored guide that uses no tolerance [deviations asked].
 TYPICAL_ALLOWANCE = 4.0
@@ -46,13 +50,15 @@ TYPICAL_ALLOWANCE = 4.0
 TYPICAL_UNIFORMITY = 0.6
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
-#: Largest file of which a search checks the seal [bytes]: a larger one would take it longer than the search.
+#: Largest file of which a search checks the seal [bytes]: a larger one would take it longer than
+#: the search.
 WHOLE = 100_000_000
 
 
 @dataclass(frozen=True)
 class Reaches:
-    """Stored reaches, arrays of shape (n,), in strokes and degrees; boxes (n, 4) as in `Measures`."""
+    """Stored reaches, arrays of shape (n,), in strokes and degrees; boxes (n, 4) as in
+    `Measures`."""
 
     guide: Array
     level: Array
@@ -89,12 +95,13 @@ class Reaches:
 
 
 class ChangedError(DatabaseError):
-    """Guides of which one read told are gone at the next: a build replaces them, or the file is damaged."""
+    """Guides of which one read told are gone at the next: a build replaces them, or the file is
+    damaged."""
 
 
 def stored_reaches(problem: Problem, database: Database, effort: int = 1) -> Reaches:
-    """Return the stored reaches that may serve a problem, more of them at more effort; kept in memory until the file
-    changes."""
+    """Return the stored reaches that may serve a problem, more of them at more effort; kept in
+    memory until the file changes."""
     what = (tuple(kinds(problem)), levels(problem), COVER * effort)
     size, *_ = stamp = database.stamp()
     kept = _KEPT.setdefault(database, {})
@@ -114,7 +121,8 @@ _KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
 
 
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
-    """Return the reaches of the guides of these kinds, between two levels, that cover their members first."""
+    """Return the reaches of the guides of these kinds, between two levels, that cover their members
+    first."""
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
     lengths = ("sweep", "deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "min_transmission",
                "drive_angle", "rotation", *boxes)  # fmt: skip
@@ -136,7 +144,8 @@ def _marks(values: Sequence[Any]) -> str:
 
 
 def kinds(problem: Problem) -> list[str]:
-    """Return the kinds of stored guides that may serve a problem: of a flat arc straight lines too."""
+    """Return the kinds of stored guides that may serve a problem: of a flat arc straight lines
+    too."""
     wanted = problem.constraints
     names = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
     flat = problem.fixed_curvature is not None and abs(problem.fixed_curvature) / 8 < FLAT
@@ -144,15 +153,16 @@ def kinds(problem: Problem) -> list[str]:
 
 
 def levels(problem: Problem) -> tuple[int, int]:
-    """Return between which levels of deviation reaches are read: what is asked and one looser; all that are tighter
-    too if the deviation is ranked or the radius given."""
+    """Return between which levels of deviation reaches are read: what is asked and one looser; all
+    that are tighter too if the deviation is ranked or the radius given."""
     top = int(np.clip(np.floor(np.log10(problem.deviation) + 1e-9), min(LEVELS), max(LEVELS)))
     tightest = min(LEVELS) if "deviation" in problem.ranking.weights or problem.fixed_curvature is not None else top
     return max(tightest, min(LEVELS)), min(top + 1, max(LEVELS))
 
 
 def eligible(problem: Problem, reaches: Reaches) -> Mask:
-    """Return which reaches are of a family, series, configuration and order that is asked for, shape (n,)."""
+    """Return which reaches are of a family, series, configuration and order that is asked for,
+    shape (n,)."""
     wanted = problem.constraints
     good = np.ones(len(reaches), bool)
     sorts = {"families": reaches.family, "series": reaches.series, "configurations": reaches.configuration}
@@ -165,11 +175,11 @@ def eligible(problem: Problem, reaches: Reaches) -> Mask:
 
 
 def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Return what stored reaches are likely to cost, plus what they are likely to break, and by which factor their
-    strokes are to be stretched, each (n,).
+    """Return what stored reaches are likely to cost, plus what they are likely to break, and by
+    which factor their strokes are to be stretched, each (n,).
 
-    A straight reach is stretched until it is likely to use the tolerance; the window of an arc is cut until its sweep
-    is the one asked for.
+    A straight reach is stretched until it is likely to use the tolerance; the window of an arc is
+    cut until its sweep is the one asked for.
     """
     with np.errstate(all="ignore"):
         stretch, missing = _stretches(problem, reaches)
@@ -178,7 +188,8 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Return by which factor strokes are to be stretched, and what arcs then miss of the sweep asked for, (n,)."""
+    """Return by which factor strokes are to be stretched, and what arcs then miss of the sweep
+    asked for, (n,)."""
     stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** GAIN, *STRETCH)
     if problem.ranking.only == "deviation":
         stretch = np.ones_like(stretch)
@@ -191,7 +202,8 @@ def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Floats]:
-    """Return what a ranking is a function of, as far as stored reaches tell it, see `candidates.feasibility.values`."""
+    """Return what a ranking is a function of, as far as stored reaches tell it, see
+    `candidates.feasibility.values`."""
     shorter = 1 / stretch
     deviation = np.maximum(reaches.deviation, 1e-12) * stretch**GROWTH / problem.deviation
     lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
@@ -228,7 +240,8 @@ def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats
 
 
 def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
-    """Return how far stored boxes of pivots stand outside their regions, laid in the best way, shape (n,)."""
+    """Return how far stored boxes of pivots stand outside their regions, laid in the best way,
+    shape (n,)."""
     regions = {"fixed_pivots_in": reaches.fixed_box, "pivots_in": reaches.box}
     regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
     if not regions:
@@ -248,8 +261,8 @@ def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
 
 
 def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
-    """Return the numbers of the most promising reaches, each guide once, in equal shares of the series and unlike each
-    other, best first.
+    """Return the numbers of the most promising reaches, each guide once, in equal shares of the
+    series and unlike each other, best first.
 
     Parameters
     ----------
@@ -276,7 +289,8 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
 def candidates_of(
     problem: Problem, database: Database, reaches: Reaches, chosen: Indices, stretch: Floats
 ) -> CandidateBatch:
-    """Return chosen reaches as candidates: laid along the path in the way in which their pivots stand best."""
+    """Return chosen reaches as candidates: laid along the path in the way in which their pivots
+    stand best."""
     guides, half, centre, origin = _read_guides(problem, database, reaches, chosen)
     low, high = guides.extent
     most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
@@ -296,8 +310,8 @@ def candidates_of(
 def _within(
     problem: Problem, guides: CouplerCurve, traced: Traced, half: Floats, most: Floats, centre: Floats
 ) -> Traced:
-    """Return guides over windows that use the tolerance, by the secant method on logarithms; where the deviation is
-    ranked only those that were too long are cut."""
+    """Return guides over windows that use the tolerance, by the secant method on logarithms; where
+    the deviation is ranked only those that were too long are cut."""
     power, half = np.full(len(half), GROWTH), np.minimum(half, most)
     for _ in range(CORRECTIONS):
         before, relative = half, traced.relative.astype(float)
@@ -316,8 +330,9 @@ def _within(
 def _read_guides(
     problem: Problem, database: Database, reaches: Reaches, chosen: Indices
 ) -> tuple[CouplerCurve, Floats, Floats, Origin]:
-    """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
-    motion), with their half windows, where the middles of these lie, and what they are."""
+    """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those
+    of slots in their motion), with their half windows, where the middles of these lie, and what
+    they are."""
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level"), int),
         **dict.fromkeys(("reach.half", "reach.centre", "guide.x", "guide.y"), float),

@@ -1,9 +1,11 @@
-"""Starts made to measure whose crank turns fully, each with the point of its coupler that runs straightest meanwhile.
+"""Starts made to measure whose crank turns fully, each with the point of its coupler that runs
+straightest meanwhile.
 
-Four-bars are drawn whose crank turns fully; it turns as far as is asked.  In the pose a coupler point z is at F + E z;
-with the unit vector u across the path the distance from a line, Re(conj(u) (F + E z)) up to a constant, is linear in
-the four numbers conj(u) and conj(u) z, and so is the way along it: the scatter across over that along is a quotient of
-two quadratic forms, the point its least eigenvector.
+Four-bars are drawn whose crank turns fully; it turns as far as is asked.  In the pose a coupler
+point z is at F + E z; with the unit vector u across the path the distance from a line, Re(conj(u)
+(F + E z)) up to a constant, is linear in the four numbers conj(u) and conj(u) z, and so is the way
+along it: the scatter across over that along is a quotient of two quadratic forms, the point its
+least eigenvector.
 
 Source: the draws and the quotient are ours.
 """
@@ -28,13 +30,14 @@ EACH = 25
 DRAG_LINKS = 0.3
 #: Positions of a crank that are looked at.
 POSITIONS = 17
-#: Angle through which a crank turns if nothing is said, and that of a drag link, which is longer [rad].
+#: Angle through which a crank turns if nothing is said, and that of a drag link, which is longer
+#: [rad].
 TURNED, DRAGGED = (0.7, 2.8), (0.2, 1.6)
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return four-bars whose crank turns fully, with the point that runs straightest meanwhile, measured; None unless
-    the path is a straight line.
+    """Return four-bars whose crank turns fully, with the point that runs straightest meanwhile,
+    measured; None unless the path is a straight line.
 
     Slider-cranks are none of them: their straightest point is the slider.
 
@@ -78,7 +81,8 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
 
 
 def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
-    """Return the points z of n moving planes that run straightest through m poses z -> shift + turn z.
+    """Return the points z of n moving planes that run straightest through m poses z -> shift + turn
+    z.
 
     Parameters
     ----------
@@ -101,8 +105,8 @@ def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
 
 
 def _rotating(count: int, random: np.random.Generator) -> Linkage:
-    """Return those of `count` random four-bars whose crank 1 turns fully, in a position on its turn: it has the length
-    1, or the frame has, of drag links."""
+    """Return those of `count` random four-bars whose crank 1 turns fully, in a position on its
+    turn: it has the length 1, or the frame has, of drag links."""
     ground, coupler, other = np.exp(random.uniform(0, np.log(LONGEST_LINK), (3, count)))
     length = np.ones(count)
     drags = random.random(count) < DRAG_LINKS

@@ -1,5 +1,6 @@
-"""The starts of a phase: stored guides with the least estimated cost and violation, linkages made to measure, and
-perturbed copies of the best that was found; of each kind the most promising that are unlike each other."""
+"""The starts of a phase: stored guides with the least estimated cost and violation, linkages made
+to measure, and perturbed copies of the best that was found; of each kind the most promising that
+are unlike each other."""
 
 from __future__ import annotations
 
@@ -29,11 +30,13 @@ DRAWN = 2500
 EXACT_GUIDES = 200
 #: Stored guides among which those like a candidate are looked for.
 LIKELY_OF = 90
-#: Of how many linkages drawn for other paths one is drawn for an arc beyond a half circle: it costs as much more.
+#: Of how many linkages drawn for other paths one is drawn for an arc beyond a half circle: it costs
+#: as much more.
 CIRCLING = 8
 #: How often stored guides are read at most while builds replace them.
 READS = 5
-#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
+#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the
+#: stroke.
 BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
@@ -134,8 +137,8 @@ class Starts:
 
     @property
     def _exact(self) -> bool:
-        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, for the least deviation, or of
-        bodies that hardly turn."""
+        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, for the
+        least deviation, or of bodies that hardly turn."""
         problem = self.problem
         steady = problem.constraints.max_rotation is not None
         return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
@@ -161,7 +164,8 @@ class Starts:
 
     @cached_property
     def _ranked(self) -> tuple[retrieve.Reaches, Floats, Floats]:
-        """Stored reaches with their merits, infinite of those that are not eligible, and stretches, each (n,)."""
+        """Stored reaches with their merits, infinite of those that are not eligible, and stretches,
+        each (n,)."""
         reaches = retrieve.stored_reaches(self.problem, self.database, self.effort)
         merit, stretch = retrieve.estimate(self.problem, reaches)
         merit = np.where(retrieve.eligible(self.problem, reaches), merit, np.inf)
@@ -169,8 +173,8 @@ class Starts:
         return reaches, merit, stretch
 
     def _copies(self, found: CandidateBatch | None) -> CandidateBatch | None:
-        """Return copies of the best points found, moved at random; None of points that return, which they then do no
-        more, and where guides are given as they are stored."""
+        """Return copies of the best points found, moved at random; None of points that return,
+        which they then do no more, and where guides are given as they are stored."""
         if found is None or not self.refines or self.problem.constraints.returns:
             return None
         merit = self._merits(found)

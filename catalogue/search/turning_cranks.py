@@ -1,8 +1,9 @@
-"""Starts for arcs near a half circle and beyond: coupler points that keep their distance from a place while a crank
-turns.
+"""Starts for arcs near a half circle and beyond: coupler points that keep their distance from a
+place while a crank turns.
 
-The point is the moving pivot of the crank, moved in its coupler: its place there and the centre of its arc are four
-coordinates, and the distance from the centre less the radius is least in the mean square over the turn.
+The point is the moving pivot of the crank, moved in its coupler: its place there and the centre of
+its arc are four coordinates, and the distance from the centre less the radius is least in the mean
+square over the turn.
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ SPREAD = 0.3
 COUPLER = 2.5
 #: Spread of its logarithm.
 COUPLER_SPREAD = 0.5
-#: How far from the moving pivot of the crank points are sought, one in two at the pivot itself [radii].
+#: How far from the moving pivot of the crank points are sought, one in two at the pivot itself
+#: [radii].
 AWAY = 0.6
 #: Gauss-Newton steps, after which most starts change no more.
 STEPS = 10
@@ -120,7 +122,8 @@ def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -
 def _drawn(
     problem: Problem, family: str, count: int, radius: float, centre: complex, random: np.random.Generator
 ) -> Array:
-    """Draw linkages whose first crank stands about the centre of the arc, shape (count, 2, 2, 3)."""
+    """Draw linkages whose first crank stands about the centre of the arc, shape (count, 2, 2,
+    3)."""
 
     def length(median: float, spread: float) -> Floats:
         return radius * median * np.exp(random.normal(0.0, spread, count))
