@@ -73,8 +73,7 @@ def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | 
 
 
 def alternations(error: Floats) -> Array:
-    """Return how many peaks of errors (n, m) along paths alternate at the largest error, shape
-    (n,)."""
+    """Count the peaks of errors (n, m) along paths that alternate at the largest error, (n,)."""
     large = np.abs(error) >= PEAK * np.abs(error).max(1, keepdims=True)
     count, last = np.zeros(len(error), int), np.zeros(len(error))
     for at, sign in zip(large.T, np.sign(error).T, strict=True):
@@ -102,15 +101,15 @@ class Drifts:
         return drift(found, series(), slots)
 
     def __getstate__(self) -> dict[str, Any]:
-        """What is copied or pickled is what was measured."""
+        """Copies and pickles hold the measured values."""
         return {"least": self.least}
 
 
 def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Floats:
-    """Return the least residual of each guide's own series over its stroke, shape (n,), the
-    linkages of slots inverted.
+    """Return the least residual of each guide's own series over its stroke, shape (n,).
 
-    NaN where the series is not registered, and for cognates, which are of another one.
+    Linkages of slots are inverted.  NaN where the series is not registered, and for cognates, which
+    are of another one.
     """
     n, t = len(found), found.traced.parameters(grid(INSTANTS).nodes)
     pose = found.curve.motion.pose(t)

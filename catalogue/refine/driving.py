@@ -105,7 +105,7 @@ class Driving:
 
     @property
     def _lever(self) -> Row:
-        """The same, positive where the crank turns in the sense in which it does on the whole."""
+        """Return the lever, positive where the crank turns in the sense of the whole stroke."""
         turning, by = self._turning
         return self._side * turning, self._side[:, None] * by
 
@@ -120,8 +120,7 @@ def _extremes(values: Floats) -> tuple[Indices, Indices]:
 
 
 def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs of stations (n,) each, of which one may become the largest and the other the
-    least."""
+    """Yield pairs of stations, (n,) each: one may become the largest, the other the least."""
     for station in range(count):
         yield most, np.full_like(least, station)
         yield np.full_like(most, station), least

@@ -21,9 +21,11 @@ STEP, ROUNDS, CLOSE = 1e-6, 6, 1e-13
 
 @dataclass(frozen=True)
 class HeldLengths:
-    """The coordinates of the pivots and the guided point, as far as lengths by name keep the values
-    that they are to have [strokes]; `frozen` coordinates, (10,), stay too, and fixed pivots
-    `within` a distance of their `places`, (2,) [strokes]."""
+    """The coordinates of the pivots and the guided point that keep lengths by name.
+
+    The lengths have given values [strokes].  `frozen` coordinates, (10,), stay too, and fixed
+    pivots `within` a distance of their `places`, (2,) [strokes].
+    """
 
     values: dict[str, float]
     frozen: Mask | None = None
@@ -53,8 +55,10 @@ class HeldLengths:
         return linkage, point, good
 
     def closed(self, linkage: Linkage, point: Complexes, unit: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return the nearest linkages whose lengths have their values, those that there are, and
-        the mask of them; moves are measured in units (n, 10, 10)."""
+        """Return the nearest linkages whose lengths have their values, and the mask of them.
+
+        Only those that there are; moves are measured in units (n, 10, 10).
+        """
         there = np.ones(len(linkage), bool)
         for _ in range(ROUNDS):
             missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)

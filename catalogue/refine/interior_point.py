@@ -131,8 +131,10 @@ def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
 
 
 def _newton(of: _Programmes, at: _Iterates, missing: _Missing, normal: Floats, target: Floats) -> _Iterates:
-    """Return Newton's steps that change the products of slacks and multipliers by a target (n, k),
-    from the normal equations (n, p, p)."""
+    """Solve the normal equations (n, p, p) for Newton's steps.
+
+    They change the products of slacks and multipliers by a target (n, k).
+    """
     pull = (at.dual * missing.rows + target) / at.slack
     dx = -_solved(normal, missing.gradient[..., None] + of.columns @ pull[..., None])[..., 0]
     ds = -missing.rows - (of.rows @ dx[..., None])[..., 0]
@@ -152,8 +154,7 @@ def _solved(matrix: Floats, right: Floats) -> Array:
 
 
 def _far(value: Floats, step: Floats) -> Floats:
-    """Return the longest part of a step, at most all of it, after which no value is below 0, shape
-    (n, 1)."""
+    """Return the longest part of a step, at most 1, that leaves no value below 0, (n, 1)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(step < 0, -value / step, np.inf)
     return np.asarray(np.minimum(reach.min(1, keepdims=True), 1.0))

@@ -51,15 +51,19 @@ class Pieces(NamedTuple):
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
 
     def in_basis(self, basis: Floats) -> Pieces:
-        """Return the pieces by other coordinates, of which `basis` (n, 10, p) is the derivative,
-        without those that concern nobody."""
+        """Return the pieces by other coordinates, less those of no guide.
+
+        `basis`, (n, 10, p), has the derivatives of the coordinates by the others.
+        """
         some = np.flatnonzero((self.value > NONE).any(axis=0))
         some = some if len(some) else np.zeros(1, int)
         return Pieces(self.value[:, some], self.slope[:, some] @ basis)
 
     def raised(self, to: Floats) -> Pieces:
-        """Return the pieces, all changed by as much as makes the largest of each guide (n,) what it
-        is between them."""
+        """Shift all pieces of each guide so that the largest is the value given, shape (n,).
+
+        That is the measure between the stations as well.
+        """
         return self.less(np.nan_to_num(self.value.max(1) - to))
 
     def less(self, bound: Floats | float) -> Pieces:
@@ -146,8 +150,10 @@ class Quantities:
         return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
 
     def collapse(self) -> Pieces:
-        """Return pieces that keep links from shrinking to a point, about which the linkage would
-        turn as one body."""
+        """Return pieces that keep links from shrinking to a point.
+
+        The linkage would turn about it as one body.
+        """
         rows = [
             (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self.links(), self._length(*self._frame))
         ]
@@ -170,8 +176,10 @@ class Quantities:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """Which pivot of a dyad is fixed, and which moves: of slots, traced inverted, the other way
-        round."""
+        """The planes of the fixed and of the moving pivot of a dyad.
+
+        Slots are traced inverted, the other way round.
+        """
         return (1, 0) if self.problem.constraints.slots else (0, 1)
 
     @property
@@ -219,9 +227,10 @@ class Quantities:
     # -- slides -------------------------------------------------------------------------------------------------
     @cached_property
     def _slides(self) -> dict[int, list[Row]]:
-        """By number of a dyad, unless all of it are cranks, the places in mid-stroke of what may be
-        ends of its rail or slot, (n,), with derivatives (n, 10), complex; NaN where there is
-        none."""
+        """Possible ends of rails and slots in mid-stroke, by the number of the dyad.
+
+        Places (n,) with derivatives (n, 10), complex; NaN where there is none.
+        """
         sliding = (self.linkage.dyads != RR).any(0)
         return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
 
@@ -234,8 +243,7 @@ class Quantities:
         return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
 
     def _seen_by_coupler(self, i: int) -> Row:
-        """Return where the coupler has its points that lie on the fixed pivot of dyad i at the
-        stations."""
+        """Return the points of the coupler over the fixed pivot of dyad i at the stations."""
         pose, turn = self.pose, 1 + self.pose.x
         away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
         slope = (own_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
@@ -246,8 +254,7 @@ class Quantities:
         return Pieces.of([none, *(distance(*pair) for ends in self._slides.values() for pair in combinations(ends, 2))])
 
     def _reach_of_slides(self) -> Iterable[Row]:
-        """Distances of the ends of rails and slots from each other, from the pivots and from the
-        path."""
+        """Distances of ends of slides from each other, from pivots and path."""
         n = len(self)
         still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
         others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
@@ -274,9 +281,10 @@ class Quantities:
         return pieces if self.least is None else pieces.raised(-self.least / 90)
 
     def _over_the_turn(self) -> Iterable[Row]:
-        """Less the transmission angles where they can be least over the turn of the crank that
-        drives, in right angles, 0 where it does not turn fully; see
-        `catalogue.guidance.metrics`."""
+        """Less the transmission angles where they can be least over the turn of the driving crank.
+
+        In right angles; 0 where it does not turn fully; see `catalogue.guidance.metrics`.
+        """
         driver, built = self.driver, self.machine
         kind, margin = built.dyads, rotation_margin(built)
         turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
@@ -296,11 +304,10 @@ class Quantities:
                 yield _angle(slide, *ratio(plus((side, e)), near))
 
     def _sine(self, driver: int) -> Row:
-        """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and
-        (m, n, 10).
+        """Return the sines of the transmission angle at the stations, one dyad driving.
 
-        Of slots those of the machine, whose moving pivots are the fixed ones of the traced
-        inversion.
+        Shapes (m, n) and (m, n, 10).  With slots they are those of the machine, whose moving pivots
+        are the fixed ones of the traced inversion.
         """
         other, kind, (fixed, moving) = 1 - driver, self.linkage.dyads, self.ends
         slide = PR if self.problem.constraints.slots else RP
@@ -319,8 +326,10 @@ class Quantities:
         return sine, slope
 
     def at(self, i: int, j: int) -> Row:
-        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity,
-        with derivatives; as moving pivot of a third dyad the guided point."""
+        """Return where pivot j of dyad i is at the stations, with derivatives.
+
+        Its direction if it is at infinity; the guided point as moving pivot of a third dyad.
+        """
         if j == 0:
             z, still = self.linkage.points[:, i, 0], np.ones(self.pose.d.shape)
             return still * z, _own(i, 0, still)
@@ -336,8 +345,7 @@ class Quantities:
 
     # -- room ---------------------------------------------------------------------------------------------------
     def _swept(self) -> Pieces:
-        """How far pivots and the guided point reach out of each side of a convex region at the
-        station where most."""
+        """Largest distances of pivots and guided point out of each side of a convex region."""
         wanted, n = self.problem.constraints, np.arange(len(self))
         region = wanted.swept_in
         assert region is not None
@@ -355,8 +363,10 @@ class Quantities:
         return Pieces.of(rows)
 
     def _moved(self, end: Row, slot: Mask) -> Row:
-        """Return where ends (n,) of slots, carried by the coupler, and of rails, which stay, are at
-        the stations."""
+        """Return where ends (n,) of slides are at the stations.
+
+        The coupler carries slots; rails stay.
+        """
         place, slope = end
         arm = self.pose.direction(place - self.pose.origin)
         turned = (1 + self.pose.x)[..., None] * slope + 1j * arm[..., None] * self.by.angle + self.by.shift
@@ -400,8 +410,10 @@ class Quantities:
         )  # fmt: skip
 
     def _offset(self, i: int) -> Row:
-        """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from
-        a slide's."""
+        """Distance of a pivot of crank i from the slide of the other dyad.
+
+        Of the fixed pivot from a slider's line, of the moving pivot from a slide's.
+        """
         z, o, (fixed, moving) = self.linkage.points, 1 - i, self.ends
         slider = self.machine.dyads[:, o] == PR
         normal = np.where(slider, z[:, o, fixed], z[:, o, moving])

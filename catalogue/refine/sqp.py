@@ -140,8 +140,10 @@ class Refinement:
         return self
 
     def step(self, followed: int = len(RADIUS_FACTORS)) -> bool:
-        """Take one round, in which so many steps of each guide, the best, are followed by a second
-        one; return whether any guide is still on its way."""
+        """Take one round; return whether any guide is still on its way.
+
+        So many steps of each guide, the best, are followed by a second one.
+        """
         at = np.flatnonzero(self.active)
         if not len(at):
             return False
@@ -177,7 +179,7 @@ class Refinement:
         return bool(self.active.any())
 
     def _keep(self, at: Indices, trials: Trials) -> None:
-        """Remember the cheapest trials that meet all constraints, or the nearest to that."""
+        """Remember the cheapest feasible trials, else the nearest to feasibility."""
         total, met = trials.violation, trials.met
         for key, held in ((np.where(met, trials.cost, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
@@ -187,8 +189,7 @@ class Refinement:
             self.best = self.best.replaced(at[first], trials.candidates[first])
 
     def _trials(self, at: Indices, followed: int) -> Trials:
-        """Return what comes of the steps of the guides `at` within all radii, and of second steps
-        from the best."""
+        """Return trials of the guides `at` within all radii, and second steps from the best."""
         here, n = self.current[at], len(at)
         each, factor = np.tile(np.arange(n), len(RADIUS_FACTORS)), np.repeat(RADIUS_FACTORS, n)
         penalty, radius = self.penalty[at], self.radius[at]
@@ -209,8 +210,10 @@ class Refinement:
         self, here: CandidateBatch, each: Indices, factor: Floats, radius: Floats, penalty: Floats,
         share: Floats | float = 1.0,
     ) -> Trials:  # fmt: skip
-        """Return what comes of a step of guides, `each` of those here, within radii, using a share
-        of the deviation."""
+        """Return the trials of one step of guides within radii.
+
+        `each` of those here, using a share of the deviation.
+        """
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)
         found = take_step(linear[each], radius, penalty[each], share=share)

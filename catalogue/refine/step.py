@@ -30,8 +30,10 @@ BALANCED = 1e-4
 
 @dataclass(frozen=True)
 class Step:
-    """Steps of n guides, and what the linearised cost, with the penalties, can fall by at most, by
-    duality."""
+    """Steps of n guides, and a bound on what the linearised cost can fall by.
+
+    With the penalties, by duality.
+    """
 
     displacement: Floats  #: (n, p), NaN where the problem is not finite
     bound: Floats  #: (n,), NaN where the multipliers do not balance the cost, as after too few iterations
@@ -40,8 +42,7 @@ class Step:
 def take_step(
     problem: Subproblem, radius: Floats, penalty: Floats, margin: float = MARGIN, share: Floats | float = 1.0
 ) -> Step:
-    """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation
-    are least.
+    """Return the steps |s_k| <= radius of the least linearised cost and penalised violation.
 
     Constraints are elastic, each kind with a slack of its own, those that are hardly ever broken
     with one together.
@@ -54,7 +55,8 @@ def take_step(
     margin : float
         How far inside the constraints the steps lead.
     share : float or ndarray, shape (n,)
-        Part of the deviation allowed that the steps may use: less where the linear problem promises too much.
+        Part of the deviation allowed that the steps may use: less where the linear problem promises
+        too much.
     """
     scaling = _scaling(problem, radius)
     programme = _programme(problem, scaling, radius, penalty, margin, share)
@@ -69,7 +71,7 @@ def take_step(
 
 @dataclass(frozen=True)
 class _Scaling:
-    """Coordinates of the steps of n guides, in which all coefficients are of order 1 or less."""
+    """Coordinates of the steps of n guides, with all coefficients of order 1 or less."""
 
     finite: Mask  #: (n,), which problems are finite
     worst: Floats  #: (n,), largest errors
@@ -82,8 +84,10 @@ class _Scaling:
 
 
 def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
-    """Scale the singular directions of the Jacobian, however ill-conditioned it is, each by the
-    larger of its effect on the errors and the radius."""
+    """Scale the singular directions of the Jacobian, however ill-conditioned it is.
+
+    Each by the larger of its effect on the errors and the radius.
+    """
     worst = np.abs(problem.error).max(1)
     only_deviation = set(problem.marginal) == {"deviation"}
     unit = np.maximum(worst, EXACT_DEVIATION if only_deviation else problem.allowed)
@@ -177,8 +181,10 @@ def _elastic_rows(
 def _with_error(
     problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
 ) -> tuple[Floats, Mapping[int, Floats]]:
-    """Return by how much the present error lifts the right side of rows that rise with the largest
-    error, (n, 1) or 0, and their coefficients in its column."""
+    """Return the terms of the present error in rows that rise with the largest error.
+
+    What it lifts their right sides by, (n, 1) or 0, and their coefficients in its column.
+    """
     if name not in problem.by_error:
         return np.zeros((1, 1)), {}
     rate = problem.by_error[name][:, None]
@@ -222,8 +228,7 @@ def _dual_bound(
 
 
 def _violation(problem: Subproblem, unit: Floats, margin: float) -> Floats:
-    """Return by how much the constraints are broken before the step, as the slacks count it, shape
-    (n,)."""
+    """Return the violation of the constraints before the step, as slacks count it, (n,)."""
     broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
     deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / unit
     return np.asarray(weight("deviation") * deviation + np.sum(broken, axis=0))

@@ -54,14 +54,15 @@ class Parametrisation(Protocol):
         by the steps."""
 
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return the linkages and guided points after steps (n, p), those that are valid, and the
-        mask (n,) of them."""
+        """Return linkages and guided points after steps (n, p).
+
+        Of those that are valid, with the mask (n,) of them.
+        """
 
 
 @dataclass(frozen=True)
 class PivotCoordinates:
-    """The coordinates of the pivots and the guided point [strokes], in their distances from the
-    guided point.
+    """The coordinates of the pivots and the guided point, in their distances from that point.
 
     Every answer is laid along its path anew, which moves frozen pivots by what the path turns or
     shifts, less and less as the steps become short.
@@ -115,8 +116,10 @@ NEAR = 0.05
 
 @dataclass(frozen=True)
 class Subproblem:
-    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step
-    of 1 is large."""
+    """Distances, constraints and measures of n guides, linearised in p coordinates.
+
+    A step of 1 is large.
+    """
 
     error: Floats  #: (n, m), distances from the nominal along the path [strokes]
     jacobian: Floats  #: (n, m, p)
@@ -147,9 +150,11 @@ def linearise(
     moves: Parametrisation,
     nominal: Nominal | None = None,
 ) -> Subproblem:
-    """Return the linear problem of placed guides, in the coordinates of `moves` and, of an arc of
-    any radius, the curvature as one more; distances are measured from a nominal in place if one is
-    given."""
+    """Return the linear problem of placed guides, in the coordinates of `moves`.
+
+    The curvature of an arc of any radius is one coordinate more.  Distances are measured from a
+    nominal in place if one is given.
+    """
     many = problem.is_wide or "deviation" in (problem.ranking.only, problem.relaxed)
     intervals = NODES if many else FEWER
     nodes = grid(intervals).nodes
@@ -197,10 +202,11 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
 def _distance(
     z: Complexes, bend: Floats, rise: Floats | None = None, half: float = 0.5
 ) -> tuple[Floats, Complexes, Floats]:
-    """Return the signed distances of points (m, n) from the arcs of given curvature over the chord
-    from 0 to 1, unit vectors along these there, and the derivatives of the distances by the
-    curvature; arcs near a half circle, or beyond, have a `rise` (n,) and `half` a chord of their
-    own."""
+    """Return the signed distances of points (m, n) from the arcs over the chord from 0 to 1.
+
+    With them unit vectors along the arcs there, and the derivatives by the curvature.  Arcs near a
+    half circle, or beyond, have a `rise` (n,) and `half` a chord of their own.
+    """
     middle = z - half
 
     def signed(k: Floats) -> tuple[Floats, Complexes]:
@@ -214,8 +220,7 @@ def _distance(
 
 
 def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
-    """Return distances from nominals (m, n) after these, which ran through the ends of the paths,
-    are best placed."""
+    """Change distances (m, n) from nominals through the ends to those from the best placed."""
     _, run, weight = concentric(z.real - 0.5, z.imag - rise_over(np.ones(()), bend), bend)
     fine = grid(len(error) - 1).fine
     peaks, along, by = fine @ error, fine @ run, fine @ weight
@@ -288,9 +293,11 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
 def differences(
     problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Floats, nominal: Nominal | None
 ) -> dict[str, Pieces]:
-    """Return constraints with the derivatives of the amounts by which they are broken, differenced
-    on the finite motion of those guides for which one of them is near; for others they are as good
-    as constant."""
+    """Return constraints with differenced derivatives of the amounts by which they are broken.
+
+    They are differenced on the finite motion of those guides for which one of them is near; for
+    others they are as good as constant.
+    """
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])
     near = np.flatnonzero(np.isfinite(amounts).all(0) & (amounts > -NEAR).any(0))
@@ -313,9 +320,12 @@ def differences(
 def _of_scatter(
     problem: Problem, found: CandidateBatch, guides: CouplerCurve | CircuitCurve
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
-    """Return the constraint and the measures that know the scatter of the pivots, and what they
-    rise by per unit of the largest error: less the allowance in parts of its bound and of the
-    deviation asked, and in parts of this the deviation expected at the play asked."""
+    """Return the constraint and the measures that know the scatter of the pivots.
+
+    They are less the allowance in parts of its bound and of the deviation asked, and in parts of
+    this the deviation expected at the play asked.  With them comes what they rise by per unit of the
+    largest error.
+    """
     wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
     limits: dict[str, Pieces] = {}
     measures: dict[str, Pieces] = {}
@@ -338,8 +348,7 @@ def _of_scatter(
 
 
 def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return what the cost of each guide rises by per unit of each measure that becomes worse,
-    shape (n,)."""
+    """Return the rise of the cost per unit of each measure that becomes worse, (n,) each."""
     if problem.relaxed:
         return {}
     here = values(problem, found)
@@ -351,8 +360,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return what the cost rises by per unit of each ranked quantity that becomes worse, shape
-    (n,)."""
+    """Return the rise of the cost per unit of each ranked quantity that becomes worse, (n,) each."""
     base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
         worse = values[name] + (-WORSE if name in RISING else WORSE)
@@ -377,8 +385,10 @@ def _radius(bend: Floats, count: int) -> Pieces:
 
 
 def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
-    """Return errors (n, m) and derivatives (n, m, p) carried from the nodes to where, between two
-    nodes each, the error is largest: one of four points."""
+    """Interpolate errors (n, m) and derivatives (n, m, p) to the largest errors.
+
+    One of four points between two nodes each.
+    """
     fine = grid(intervals).fine
     error, jacobian = error @ fine.T, fine @ jacobian
     n, m = error.shape

@@ -85,12 +85,12 @@ class Reaches:
 
     @cached_property
     def series_number(self) -> Array:
-        """Which of the series that are there each is of, in their order."""
+        """The number of each reach's series among those that are there."""
         return np.asarray(np.unique(self.series.astype(str), return_inverse=True)[1])
 
     @cached_property
     def family_number(self) -> Array:
-        """Which of the families that are there each is of, in their order."""
+        """The number of each reach's family among those that are there."""
         return np.asarray(np.unique(self.family.astype(str), return_inverse=True)[1])
 
 
@@ -121,8 +121,10 @@ _KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
 
 
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
-    """Return the reaches of the guides of these kinds, between two levels, that cover their members
-    first."""
+    """Return the reaches of guides of these kinds between two levels.
+
+    Levels count the guides that cover their members first.
+    """
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
     lengths = ("sweep", "deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "min_transmission",
                "drive_angle", "rotation", *boxes)  # fmt: skip
@@ -161,8 +163,7 @@ def levels(problem: Problem) -> tuple[int, int]:
 
 
 def eligible(problem: Problem, reaches: Reaches) -> Mask:
-    """Return which reaches are of a family, series, configuration and order that is asked for,
-    shape (n,)."""
+    """Mark reaches of a family, series, configuration and order asked for, shape (n,)."""
     wanted = problem.constraints
     good = np.ones(len(reaches), bool)
     sorts = {"families": reaches.family, "series": reaches.series, "configurations": reaches.configuration}
@@ -175,8 +176,7 @@ def eligible(problem: Problem, reaches: Reaches) -> Mask:
 
 
 def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Return what stored reaches are likely to cost, plus what they are likely to break, and by
-    which factor their strokes are to be stretched, each (n,).
+    """Estimate cost with violation of stored reaches, and factors of their strokes, (n,) each.
 
     A straight reach is stretched until it is likely to use the tolerance; the window of an arc is
     cut until its sweep is the one asked for.
@@ -188,8 +188,7 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Return by which factor strokes are to be stretched, and what arcs then miss of the sweep
-    asked for, (n,)."""
+    """Return the factors that stretch strokes, and the sweep that arcs then miss, (n,) each."""
     stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** GAIN, *STRETCH)
     if problem.ranking.only == "deviation":
         stretch = np.ones_like(stretch)
@@ -202,8 +201,10 @@ def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Floats]:
-    """Return what a ranking is a function of, as far as stored reaches tell it, see
-    `candidates.feasibility.values`."""
+    """Return the quantities of a ranking, as far as stored reaches tell them.
+
+    See `candidates.feasibility.values`.
+    """
     shorter = 1 / stretch
     deviation = np.maximum(reaches.deviation, 1e-12) * stretch**GROWTH / problem.deviation
     lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
@@ -240,8 +241,10 @@ def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats
 
 
 def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
-    """Return how far stored boxes of pivots stand outside their regions, laid in the best way,
-    shape (n,)."""
+    """Return the distances of stored boxes of pivots out of their regions, shape (n,).
+
+    Laid in the best way.
+    """
     regions = {"fixed_pivots_in": reaches.fixed_box, "pivots_in": reaches.box}
     regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
     if not regions:
@@ -261,8 +264,9 @@ def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
 
 
 def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
-    """Return the numbers of the most promising reaches, each guide once, in equal shares of the
-    series and unlike each other, best first.
+    """Return the numbers of the most promising reaches, best first.
+
+    Each guide once, in equal shares of the series and unlike each other.
 
     Parameters
     ----------
@@ -330,9 +334,11 @@ def _within(
 def _read_guides(
     problem: Problem, database: Database, reaches: Reaches, chosen: Indices
 ) -> tuple[CouplerCurve, Floats, Floats, Origin]:
-    """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those
-    of slots in their motion), with their half windows, where the middles of these lie, and what
-    they are."""
+    """Return the guides of chosen reaches in their canonical frame.
+
+    Its origin is the pole (of slots in their motion).  With them come their half windows, the
+    middles of these, and what they are.
+    """
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level"), int),
         **dict.fromkeys(("reach.half", "reach.centre", "guide.x", "guide.y"), float),

@@ -36,16 +36,16 @@ TURNED, DRAGGED = (0.7, 2.8), (0.2, 1.6)
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return four-bars whose crank turns fully, with the point that runs straightest meanwhile,
-    measured; None unless the path is a straight line.
+    """Return measured four-bars whose crank turns fully, each with its straightest point.
 
-    Slider-cranks are none of them: their straightest point is the slider.
+    None unless the path is a straight line.  Slider-cranks are none of them: their straightest
+    point is the slider.
 
     Parameters
     ----------
     count : int
-        How many are measured at most: those whose links are as long as may be, or shorter, come first, then those
-        whose path scatters least.
+        How many are measured at most: those whose links are as long as may be, or shorter, come
+        first, then those whose path scatters least.
     """
     if problem.curvature != 0:
         return None
@@ -81,8 +81,7 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
 
 
 def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
-    """Return the points z of n moving planes that run straightest through m poses z -> shift + turn
-    z.
+    """Return the straightest-running points z of n planes, moved by m poses z -> shift + turn z.
 
     Parameters
     ----------
@@ -105,8 +104,10 @@ def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
 
 
 def _rotating(count: int, random: np.random.Generator) -> Linkage:
-    """Return those of `count` random four-bars whose crank 1 turns fully, in a position on its
-    turn: it has the length 1, or the frame has, of drag links."""
+    """Draw `count` four-bars, and return those whose crank 1 turns fully.
+
+    In a position on its turn; the crank has the length 1, or the frame has, of drag links.
+    """
     ground, coupler, other = np.exp(random.uniform(0, np.log(LONGEST_LINK), (3, count)))
     length = np.ones(count)
     drags = random.random(count) < DRAG_LINKS

@@ -83,7 +83,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
 
 
 def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -> tuple[Floats, Complexes, Complexes]:
-    """Fit circles to the paths of points z of n planes, moved by m poses z -> shift + turn z.
+    """Fit circles to paths of points z of n planes, moved by m poses z -> shift + turn z.
 
     Parameters
     ----------
@@ -122,8 +122,7 @@ def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -
 def _drawn(
     problem: Problem, family: str, count: int, radius: float, centre: complex, random: np.random.Generator
 ) -> Array:
-    """Draw linkages whose first crank stands about the centre of the arc, shape (count, 2, 2,
-    3)."""
+    """Draw linkages with the first crank about the centre of the arc, (count, 2, 2, 3)."""
 
     def length(median: float, spread: float) -> Floats:
         return radius * median * np.exp(random.normal(0.0, spread, count))
