@@ -56,11 +56,6 @@ FINE_OF_ARC = 16
 #: For what is shown all are: where the deviation nearly fills the tolerance hundreds are as strict,
 #: and 64 left 2.5 per cent open.
 ROUGH_REFERENCES = 24
-#: References of all guides at once: their derivatives fill a core's cache.
-TOGETHER = 16384
-#: References looked at in all directions at once: few enough for the cache, and for BLAS to take
-#: one thread, as several wait for one another where cores are busy.
-AT_ONCE = 1024
 #: Simulated machines, to first order, along wide arcs in a search: the probability is known to 1 %.
 ROUGH_DRAWS = 500
 #: Simulated machines for an answer: the probability is known to 0.3 %.
@@ -87,6 +82,19 @@ DIMENSIONS = 4
 #: Step of the differences of derivatives by the pivots, and of the parameter as a part of its
 #: window [strokes].
 PIVOT_STEP = 1e-5
+
+
+@dataclass(frozen=True)
+class _AtOnce:
+    """Numbers of references that are handled at once; measured on arcs of any radius."""
+
+    made: int = 16384  #: of all guides: their derivatives fill a core's cache
+    #: Looked at in all directions: few enough for the cache, and for BLAS to take one thread, as
+    #: several wait for one another where cores are busy.
+    seen: int = 1024
+
+
+AT_ONCE = _AtOnce()
 
 
 class Zone(NamedTuple):
@@ -157,14 +165,14 @@ def _carrying(intervals: int) -> Floats:
 
 
 def scattered(linkage: Linkage) -> Mask:
-    """Return which coordinates scatter, those of finite pivots and of the guided point, shape (n, 10)."""
+    """Mark the coordinates that scatter, those of finite pivots and guided points, shape (n, 10)."""
     finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(linkage), 1), bool)], axis=1)
     return np.repeat(finite, 2, axis=1)
 
 
 @dataclass(frozen=True)
 class References(Rows):
-    """References: sets of stations whose weighted deviations bound the minimum zone, l per guide."""
+    """Sets of stations whose weighted deviations bound the minimum zone, l for each guide."""
 
     stations: Indices  #: (n, l, k)
     weights: Floats  #: (n, l, k), of the distances, their absolute values add up to 1
@@ -284,8 +292,8 @@ def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
     sides = slice(0, count), slice(count, None)  # opposite directions
     columns = np.ascontiguousarray(np.swapaxes(points, 1, 2))
     row = np.arange(count)
-    for i, first in product(range(n), range(0, points.shape[1], AT_ONCE)):
-        along = half @ columns[i, :, first : first + AT_ONCE]
+    for i, first in product(range(n), range(0, points.shape[1], AT_ONCE.seen)):
+        along = half @ columns[i, :, first : first + AT_ONCE.seen]
         for side, sign, at in zip(sides, (1.0, -1.0), (along.argmax(1), along.argmin(1)), strict=True):
             reached = sign * along[row, at]
             farther = reached > farthest[i, side]
@@ -343,7 +351,7 @@ def allowances(
 
 
 def shortest(linkage: Linkage) -> Floats:
-    """Return the lengths of the shortest of cranks and coupler, infinite without one, shape (n,)."""
+    """Return the shortest lengths of cranks and couplers, infinite without one, shape (n,)."""
     z = np.where(linkage.finite, linkage.points, np.nan)
     lengths = np.abs([z[:, 0, 0] - z[:, 0, 1], z[:, 1, 0] - z[:, 1, 1], z[:, 0, 1] - z[:, 1, 1]])
     return np.asarray(np.fmin.reduce(lengths, axis=0, initial=np.inf))
@@ -426,7 +434,9 @@ def _influence(
 
 
 def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
-    """Difference `PoseJacobian.across` at nodes by each coordinate, (10, m, n, 10), NaN if impossible.
+    """Difference `PoseJacobian.across` at nodes by each coordinate, shape (10, m, n, 10).
+
+    NaN where that is impossible.
 
     The stations and the directions of the nominals are held.
     """
@@ -453,12 +463,12 @@ def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nod
 
 
 def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
-    """Return the intervals between stations: twice as many along wide arcs of a given radius, which are longer."""
+    """Return the intervals between stations, twice as many along wide arcs of a given radius."""
     return zone.intervals(rough) * (2 if zone.free == 2 and traced.fit.is_wide.any() else 1)
 
 
 def responses(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool) -> Response:
-    """Compute the linear response of traced guides at as many stations as a search or an answer reads."""
+    """Compute the linear response of traced guides, at the stations of a search or an answer."""
     with np.errstate(all="ignore"):
         return response(guides, traced, zone, _intervals(traced, zone, rough))
 
@@ -466,7 +476,7 @@ def responses(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *
 def in_parts(here: Response, free: int) -> Iterator[tuple[slice, References]]:
     """Yield the references of a few guides at a time, which stay in a core's cache."""
     n, m = here.error.shape
-    few = max(1, TOGETHER // math.comb(m, free + 1))
+    few = max(1, AT_ONCE.made // math.comb(m, free + 1))
     for first in range(0, max(n, 1), few):
         some = slice(first, first + few)
         with np.errstate(all="ignore"):

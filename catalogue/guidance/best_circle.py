@@ -137,7 +137,9 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
 
 
 def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:
-    """Interpolate spokes (unit vectors from the centre) and distances between fine points, by parabolas.
+    """Interpolate spokes and distances between fine points, by parabolas.
+
+    Spokes are unit vectors from the centre.
 
     Parameters
     ----------

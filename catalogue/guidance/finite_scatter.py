@@ -94,7 +94,10 @@ def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced:
 def remainder(
     tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, reach: Reach
 ) -> Remainder:
-    """Compute the correction of allowances by the finite motion, of paths that reach so far, (n,) [length]."""
+    """Compute the correction of allowances by the finite motion, (n,).
+
+    `reach` is how far the paths reach within the tolerances, by the linear theory.
+    """
     n, deviation = len(guides), traced.fit.deviation.astype(float)
     found = Remainder(np.zeros(n), np.zeros(n))
     if isinstance(guides, CircuitCurve) or zone.free < FREE:

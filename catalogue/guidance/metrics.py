@@ -82,7 +82,7 @@ def rotates(linkage: Linkage) -> Array:
 
 
 def nearest_to_turning(linkage: Linkage) -> Array:
-    """Return which cranks turn fully, else which one lacks least, shape (n,): bit i for dyad i.
+    """Return the cranks that turn fully, else the one nearest to it, (n,): bit i for dyad i.
 
     So the crank that is to turn drives before it does, and stays the driver when it begins to.
     """
@@ -237,7 +237,8 @@ def measure(
     numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
     inversions of machines whose coupler carries a slot over a fixed point; everything is that of
     these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot
-    from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
+    from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in
+    mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift

@@ -12,6 +12,8 @@ Source: the draws and the quotient are ours.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, measured
@@ -22,17 +24,20 @@ from ..kinematics.types import Complexes, Floats
 from ..problem.problem import Problem
 from .draws import LONGEST, SHORTEST
 
-#: Longest link, in shortest ones.
-LONGEST_LINK = 16.0
-#: How many linkages are drawn for one that is kept.
-EACH = 25
-#: Share of drag links, whose frame is the shortest link, and both cranks turn.
-DRAG_LINKS = 0.3
-#: Positions of a crank that are looked at.
-POSITIONS = 17
-#: Angle through which a crank turns if nothing is said, and that of a drag link, which is longer
-#: [rad].
-TURNED, DRAGGED = (0.7, 2.8), (0.2, 1.6)
+
+@dataclass(frozen=True)
+class Draws:
+    """How four-bars are drawn whose crank turns fully."""
+
+    longest: float = 16.0  #: largest length of a link [shortest links]
+    each: int = 25  #: linkages drawn for one that is kept
+    drag_links: float = 0.3  #: share of those whose frame is the shortest link: both cranks turn
+    positions: int = 17  #: of a crank, that are looked at
+    turned: tuple[float, float] = (0.7, 2.8)  #: angle of a crank over the stroke, if none is asked [rad]
+    dragged: tuple[float, float] = (0.2, 1.6)  #: that of a drag link, whose cranks are longer [rad]
+
+
+DRAWS = Draws()
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -49,13 +54,15 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
     """
     if problem.curvature != 0:
         return None
-    linkage = _rotating(EACH * count, random)
+    linkage = _rotating(DRAWS.each * count, random)
     wanted, n = problem.constraints, len(linkage)
     drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1
-    turned = np.where(drags, random.uniform(*DRAGGED, n), random.uniform(*TURNED, n))
+    turned = np.where(drags, random.uniform(*DRAWS.dragged, n), random.uniform(*DRAWS.turned, n))
     if wanted.min_drive_angle is not None:
         turned = np.full(n, np.radians(wanted.min_drive_angle))
-    share = np.cos(np.pi * np.arange(POSITIONS) / (POSITIONS - 1))  # denser towards both ends, where paths bend away
+    share = np.cos(
+        np.pi * np.arange(DRAWS.positions) / (DRAWS.positions - 1)
+    )  # denser towards both ends, where paths bend away
     with np.errstate(all="ignore"):
         moving = motion(linkage, CRANK_1)
         d, x, _ = moving.pose(np.tan(0.25 * share[:, None] * turned))
@@ -108,9 +115,9 @@ def _rotating(count: int, random: np.random.Generator) -> Linkage:
 
     In a position on its turn; the crank has the length 1, or the frame has, of drag links.
     """
-    ground, coupler, other = np.exp(random.uniform(0, np.log(LONGEST_LINK), (3, count)))
+    ground, coupler, other = np.exp(random.uniform(0, np.log(DRAWS.longest), (3, count)))
     length = np.ones(count)
-    drags = random.random(count) < DRAG_LINKS
+    drags = random.random(count) < DRAWS.drag_links
     length[drags], ground[drags] = ground[drags], 1.0
     crank = length * np.exp(2j * np.pi * random.random(count))
     side = np.where(random.random(count) < 0.5, 1.0, -1.0)

@@ -507,7 +507,7 @@ def test_find_refuses(small: Catalogue, wanted: dict[str, Any], message: str) ->
 
 @pytest.mark.parametrize("given", [None, 150, "line"])
 def test_find_refuses_what_is_no_request(small: Catalogue, given: Any) -> None:
-    with pytest.raises(InvalidRequest, match="StraightLine or CircularArc"):
+    with pytest.raises(InvalidRequest, match="StraightLine, CircularArc or Request"):
         small.find(given)
 
 
