@@ -151,8 +151,8 @@ def _sorting(value: Any) -> tuple[int, float, str]:
 def _text(value: Any) -> str:
     if value is None or value != value:
         return ""
-    words = value.split() if isinstance(value, str) else [value]
-    return " ".join(word if decimal(str(word)) is None else f"{float(word):.6g}" for word in words)
+    words = str(value).split()
+    return " ".join(word if decimal(word) is None else f"{float(word):.6g}" for word in words)
 
 
 def _words(name: str) -> str:

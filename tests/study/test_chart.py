@@ -27,7 +27,7 @@ def answers(small: Catalogue) -> list[Candidate]:
 @pytest.fixture
 def study(answers: list[Candidate], tmp_path: Path) -> Study:
     """Return a study of six requests: one kind of answer at small sizes, another above, one cell without."""
-    requests = [Request.of(StraightLine(150, d), max_size=s) for d in DEVIATIONS for s in SIZES]
+    requests = [Request.of(StraightLine(150, d), max_size=s, refine=False) for d in DEVIATIONS for s in SIZES]
     file = ResultsFile(tmp_path / "x.study")
     file.add(requests)
     texts = [text_of(record(one)) for one in answers]
@@ -52,6 +52,7 @@ def test_each_request_is_a_cell_that_leads_to_its_card(study: Study, answers: li
         assert f"<code>{code}</code>" in text
     assert "max_size &lt;500&gt;" in text
     assert text.count("guide-drawing") >= 5
+    assert text.count("refine False") == 6
     assert all(f"{one.series} {one.family}" in text for one in answers)
 
 
