@@ -149,6 +149,14 @@ class ChainCircuits:
         """Number of legs, (n,)."""
         return np.rint(self.period / self.width).astype(int)
 
+    def phase_of(self, drive: Floats) -> Floats:
+        """Return the phases of drives (n,) on the leg of the given pose; NaN beyond."""
+        leg, column = (self.phase / self.width).astype(int), np.arange(len(self))
+        low, high = self.low[leg, column], self.high[leg, column]
+        beyond = (drive - low) * (high - drive) < 0
+        swung = self.width * (leg + _share(drive, low, high))
+        return np.where(self.kind == TURN, drive, np.where(beyond, np.nan, swung))
+
     def drive(self, s: Floats) -> tuple[Floats, Array, Floats | None]:
         """Return drive (m, n), branch and known sines (d, m, n) at phases (m, n)."""
         inside = np.where(self.kind == OPEN, np.clip(s, 0, self.period), np.mod(s, self.period))

@@ -25,6 +25,7 @@ from ..kinematics.circuits import TURN
 from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats, Indices
 from ..series.chain_family import ChainFamily
+from .refine_mechanisms import Refined, refined
 
 if TYPE_CHECKING:
     from ..problem.path import PathRequest
@@ -91,7 +92,9 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
     declared = {one.name: (one.series,) for one in families}
     special = {case: ("*",) for one in families for case in one.special}
     functions = made.draw, made.measure, made.classify, made.plot
-    return Collection(name, title, source, DRAWS.plan, declared, METRICS, *functions, special=special)
+    return Collection(
+        name, title, source, DRAWS.plan, declared, METRICS, *functions, special=special, refine=made.refine
+    )
 
 
 @dataclass(frozen=True)
@@ -121,6 +124,24 @@ class _Made:
                 laid = _Laid.of(one, found[which], low, high, circle, None, np.ones(len(good)))
                 made += laid.specimens(values)
         return made
+
+    def refine(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Mapping[str, Any]]:
+        """Reduce the deviations of mechanisms within the domains of their parameters."""
+        found = list(parameters)
+        circle = request.kind == "circle"
+        for name, one in self.families.items():
+            rows = [i for i, p in enumerate(parameters) if p["family"] == name]
+            if rows and one.parameters and not one.exact:
+                some = [parameters[i]["values"] for i in rows]
+                windows = np.array([parameters[i]["window"] for i in rows]).T
+                values = {key.name: np.array([p[key.name] for p in some]) for key in one.parameters}
+                better = refined(one, values, windows, circle)
+                for k, i in enumerate(rows):
+                    if better is not None and better.moved[k]:
+                        found[i] = _laid_again(one, better, k, circle) or found[i]
+        before, after = self.measure(parameters, request), self.measure(found, request)
+        pairs = zip(parameters, found, before, after, strict=True)
+        return [new if b.deviation < a.deviation else old for old, new, a, b in pairs]
 
     def measure(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
         """Lay mechanisms along a path, and measure them there."""
@@ -170,6 +191,20 @@ class _Made:
         path, middle = np.linspace(low, high, 2 * DRAWS.positions), 0.5 * (low + high)
         picture = ChainPicture(found, one.guided, path, middle, np.array([low, high]), one.name, facts)
         return draw_chain(picture, file)
+
+
+def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict[str, Any] | None:
+    """Return the parameters of a refined mechanism; None without its window."""
+    values = {name: float(column[k]) for name, column in better.values.items()}
+    chain, valid = one.chains({name: np.array([value]) for name, value in values.items()})
+    found, kept = followed_circuits(chain, one.bar) if valid.all() else (None, ())
+    if found is None or not len(kept):
+        return None
+    low, high = (found.phase_of(better.window[end, [k]]) for end in (0, 1))
+    if not (np.isfinite(low) & np.isfinite(high) & (low < high)).all():
+        return None
+    laid = _Laid.of(one, found, low, high, circle, None, np.ones(1))
+    return laid.parameters(0, values) if np.isfinite(laid.deviation[0]) else None
 
 
 @dataclass(frozen=True)

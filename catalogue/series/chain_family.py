@@ -103,7 +103,7 @@ class ChainFamily:
             if not callable(function):
                 raise PluginError(f"{what}: {name} must be a function")
         try:
-            self._placed(self.spread(np.full((2, len(names)), 0.5)))
+            self.placed(self.spread(np.full((2, len(names)), 0.5)))
         except (InvalidLinkage, LookupError, TypeError, ValueError) as error:
             raise PluginError(f"{what}: pose or directions fail in the middle of the domain: {error}") from None
 
@@ -128,9 +128,9 @@ class ChainFamily:
 
     def chains(self, p: Columns) -> tuple[Chain, Mask]:
         """Make the valid ones of mechanisms (n,), and return the mask of them."""
-        return Chain.valid(self.structure, *self._placed(p))
+        return Chain.valid(self.structure, *self.placed(p))
 
-    def _placed(self, p: Columns) -> tuple[Complexes, Complexes]:
+    def placed(self, p: Columns) -> tuple[Complexes, Complexes]:
         """Return the positions of joints (j, n) and the directions of slides (s, n)."""
         n = len(next(iter(p.values()), np.zeros(1)))
         with np.errstate(all="ignore"):

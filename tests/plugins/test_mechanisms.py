@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from catalogue.collections.spec import Collection, Specimen
 from catalogue.plugin.registry import Registry
-from catalogue.problem.path import StraightLine
+from catalogue.problem.path import CircularArc, PathRequest, StraightLine
 from catalogue.testing import CollectionContract
 
 REGISTRY = Registry()
@@ -83,3 +84,47 @@ def test_every_six_bar_has_six_bars_and_seven_pins() -> None:
         some = drawn(TestSixBars.collection, family, 10)
         assert wanted == ("approximate",)
         assert {one.metrics["bars"] for one in some} == {6.0}
+
+
+@pytest.mark.parametrize(
+    ("name", "family"), [("six-bars", "stephenson-3"), ("translating-platforms", "cognate-platform")]
+)
+@pytest.mark.parametrize("request_", [StraightLine(1, 0.1), CircularArc(1, 0.1)], ids=["line", "arc"])
+def test_refined_mechanisms_are_straighter_and_of_their_family(name: str, family: str, request_: PathRequest) -> None:
+    collection = REGISTRY.collection(name)
+    assert collection.refine is not None
+    some = [one.parameters for one in drawn(collection, family, 40) if one.kind == request_.kind]
+    better = collection.refine(some, request_)
+    before, after = collection.measure(some, request_), collection.measure(better, request_)
+    ratio = np.array([b.deviation / a.deviation for a, b in zip(before, after, strict=True)])
+    assert ratio.max() < 1 + 1e-9
+    assert np.median(ratio[ratio < 1]) < 0.5
+    assert (ratio < 1).mean() > 0.3
+    for one in better:
+        assert all(-2 <= value <= 2 * np.pi for value in one["values"].values())
+    if name == "translating-platforms":
+        assert max(m.metrics["rotation"] for m in after) < 1e-9
+
+
+def test_residuals_have_the_derivatives_of_differences() -> None:
+    from catalogue.plugin.refine_mechanisms import _Problem
+
+    collection = TestSixBars.collection
+    some = [one.parameters for one in drawn(collection, "stephenson-3", 20) if one.kind == "line"][:4]
+    made: Any = collection.draw
+    family = made.__self__.families["stephenson-3"]
+    names = [one.name for one in family.parameters]
+    x = np.array([[p["values"][name] for p in some] for name in names])
+    problem = _Problem(family, np.array([[0.0] * len(some), [0.2] * len(some)]), False)
+    off, slope = problem.residuals(x, names)
+    left = np.abs(off).max(0)
+    for row in range(len(names)):
+        ends = []
+        for side in (1, -1):
+            moved = x.copy()
+            moved[row] += side * 1e-5
+            ends.append(problem.residuals(moved, names)[0])
+        # that the best line itself moves counts by the size of the residuals alone
+        measured = (ends[0] - ends[1]) / 2e-5
+        assert (np.abs(measured - slope[:, row]).max(0) < 0.3 * left).all()
+    assert np.abs(slope).max() > left.max()
