@@ -308,16 +308,40 @@ def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
     The scatter is drawn, in all ten coordinates: over an arc near a full circle paths answer in
     more than four directions.
     """
-    draws, count = (ROUGH_DRAWS, ROUGH_DRAWN) if rough else (DRAWS, DRAWN)
-    found = found.strongest(asked, count)
-    moves = np.random.default_rng(0).normal(size=(COUNT, draws))
+    found, moves = _drawn(found, asked, rough=rough)
     up, down = found.margins(asked)
     scatter = np.empty(len(asked))
     for i in range(len(asked)):  # one at a time: a row of all is as large as a core's memory
-        moved = np.nan_to_num(found.across[i]) @ moves
-        most = np.maximum(moved / up[i, :, None], -moved / down[i, :, None]).max(0)
-        scatter[i] = 1 / np.quantile(most, PROBABILITY)
+        moved = _known(found.across[i]) @ moves
+        scatter[i] = 1 / _kept(np.maximum(moved / up[i, :, None], -moved / down[i, :, None]).max(0))
     return scatter
+
+
+def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: bool) -> Floats:
+    """Compute the deviations that paths keep with `PROBABILITY` at a scatter, by simulation, (n,).
+
+    It is the inverse of `drawn_scatter`; tolerances (n,) near them tell which references count.
+    """
+    found, moves = _drawn(found, asked, rough=rough)
+    deviation = np.empty(len(asked))
+    for i in range(len(asked)):
+        error = found.error[i, :, None] + scatter * (_known(found.across[i]) @ moves)
+        deviation[i] = found.missed[i] + _kept(np.abs(error).max(0))
+    return deviation
+
+
+def _drawn(found: References, asked: Floats, *, rough: bool) -> tuple[References, Floats]:
+    """Return the references to evaluate, and normal numbers (10, draws)."""
+    draws, count = (ROUGH_DRAWS, ROUGH_DRAWN) if rough else (DRAWS, DRAWN)
+    return found.strongest(asked, count), np.random.default_rng(0).normal(size=(COUNT, draws))
+
+
+def _kept(values: Floats) -> float:
+    """Return the quantile of `PROBABILITY`, between the values next to it as `numpy.quantile` does."""
+    place = PROBABILITY * (len(values) - 1)
+    first = int(place)
+    low, high = np.partition(values, (first, first + 1))[first : first + 2]
+    return float(low + (place - first) * (high - low))
 
 
 def allowances(
@@ -371,6 +395,10 @@ def expected_deviation(
     with np.errstate(all="ignore"):
         for i, found in in_parts(here, zone.free):
             deviation = here.deviation[i]
+            if found.wide.any():
+                for _ in range(2):  # the second time with the references that count there
+                    asked[i] = drawn_deviation(found, asked[i], scatter, rough=rough)
+                continue
             for _ in range(TOLERANCE_STEPS):
                 spared = allowed(found, deviation, asked[i], rough=rough)
                 asked[i] = deviation + scatter * (asked[i] - deviation) / spared

@@ -76,15 +76,22 @@ def batches(small: Catalogue, request: Any, monkeypatch: pytest.MonkeyPatch, **w
     return seen[0]
 
 
-def test_expected_deviation_is_the_inverse_of_the_allowance(small: Catalogue, monkeypatch: Any) -> None:
-    problem, found = batches(small, StraightLine(150, 0.05), monkeypatch, limit=6)
-    zone = Zone(*problem.zone)
-    for i in range(len(found)):
+@pytest.mark.parametrize(
+    "request_",
+    [StraightLine(150, 0.05), CircularArc(radius=50, angle=270, deviation=0.3)],
+    ids=["line", "wide arc"],
+)
+def test_expected_deviation_is_the_inverse_of_the_allowance(small: Catalogue, monkeypatch: Any, request_: Any) -> None:
+    problem, found = batches(small, request_, monkeypatch, families=["four-bar"], limit=6)
+    zone, compared = Zone(*problem.zone), 0
+    for i in range(min(len(found), 12)):
         one = found[np.array([i])]
         asked = 1.7 * one.deviation[0] + 1e-4
         kept = allowances(asked, one.curve, one.traced, zone)
         if kept[0] < 0.0099 * one.measures.min_link[0]:
+            compared += 1
             assert expected_deviation(kept[0], one.curve, one.traced, zone)[0] == pytest.approx(asked, rel=1e-4)
+    assert compared > 3
 
 
 REQUESTS = [
