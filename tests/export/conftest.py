@@ -31,7 +31,8 @@ def six() -> dict[str, catalogue.Stretch]:
 @pytest.fixture(scope="session")
 def arc() -> catalogue.Stretch:
     """Return a four-bar that guides its point along an arc of a radius."""
-    return catalogue.measure(catalogue.guide(LINKS["four-bar"]), stroke=80, radius=400, limit=1)[0]
+    found: catalogue.Stretch = catalogue.measure(catalogue.guide(LINKS["four-bar"]), stroke=80, radius=400, limit=1)[0]
+    return found
 
 
 Tags = list[tuple[int, str]]

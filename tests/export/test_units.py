@@ -32,7 +32,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 def measured(stroke: float, unit: str | None) -> catalogue.Stretch:
     """Return a stretch of this stroke."""
     links = {name: value * stroke / 14 for name, value in LINKS.items()}
-    return catalogue.measure(catalogue.guide(links, unit=unit), stroke=stroke, limit=1)[0]
+    found: catalogue.Stretch = catalogue.measure(catalogue.guide(links, unit=unit), stroke=stroke, limit=1)[0]
+    return found
 
 
 @pytest.fixture(scope="module")
