@@ -102,10 +102,10 @@ def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
 
 
 def test_the_install_line_brings_what_the_next_commands_need(root: Path) -> None:
-    """All extras of users, STEP with its huge kernel apart; a plugin's contract tests need few packages."""
+    """All extras of users, STEP with its huge kernel and clusters apart; a plugin's contract tests need few packages."""
     extras = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
     (every,) = extras["all"]
     named = set(every.partition("[")[2].rstrip("]").split(","))
-    assert named == {*extras} - {"all", "docs", "plugin", "step", "test"}
+    assert named == {*extras} - {"all", "dask", "docs", "plugin", "step", "test"}
     assert ".venv/bin/pip install -q '.[all]' && .venv/bin/catalogue find" in (root / "README.md").read_text("utf-8")
     assert {re.split(r"[>\[]", line)[0] for line in extras["plugin"]} == {"mechanism-catalogue", "mpmath", "pytest"}
