@@ -106,7 +106,8 @@ class Processes(Engine):
 
     def _made(self, task: tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]) -> Any:
         function, arguments, _ = task
-        name = arguments[0] if arguments and isinstance(arguments[0], str) else function.__name__
+        named = getattr(function, "func", function)  # of a partial function, the function
+        name = arguments[0] if arguments and isinstance(arguments[0], str) else named.__name__
         name = shortened(name, 60)
         process, late = self._process(), threading.Event()
         if process is None:

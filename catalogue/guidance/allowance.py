@@ -337,7 +337,7 @@ def _drawn(found: References, asked: Floats, *, rough: bool) -> tuple[References
 
 
 def _kept(values: Floats) -> float:
-    """Return the quantile of `PROBABILITY`, between the values next to it as `numpy.quantile` does."""
+    """Return the quantile of `PROBABILITY`, interpolated as `numpy.quantile` does."""
     place = PROBABILITY * (len(values) - 1)
     first = int(place)
     low, high = np.partition(values, (first, first + 1))[first : first + 2]

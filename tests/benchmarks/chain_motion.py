@@ -12,12 +12,12 @@ In one run, in processor time, each in the best of five rounds:
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from measuring import wanted_count
 from scipy.optimize import root
 
 from catalogue.chains.chain import Chain, chain_of
@@ -151,4 +151,4 @@ def main(count: int = 1000) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(wanted_count(1000))

@@ -306,7 +306,7 @@ def test_the_first_use_draws_the_specimens(run: Run, tmp_path: Path) -> None:
         ((*WISH, "--pins-only"), 2, "--pins-only does not go with --collection"),
         ((*WISH[:-1], "gears"), 5, "no plugin provides the collection gears"),
         ((*WISH[:-2], "--where", "size<=1"), 2, "--where bounds a metric of a collection: name it with --collection"),
-        (("build", "--collection", "swings", "--series", "x"), 2, "--series and --processes do not go with"),
+        (("build", "--collection", "swings", "--series", "x"), 2, "--series, --processes and --engine do not go with"),
         (("build", "--collection", "swings", "--count", 0), 2, "count must be at least 1, not 0"),
     ],
 )

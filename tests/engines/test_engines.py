@@ -9,6 +9,7 @@ import signal
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,10 @@ def test_an_engine_begins_in_its_workers_and_returns_results(pool: Engine, tmp_p
     assert [future.result(60) for future in futures] == [math.factorial(k) for k in range(20)]
     assert Path(pool.submit(os.getcwd).result(60)) == tmp_path
     assert pool.count >= 1
+
+
+def test_a_task_may_be_a_partial_function(pool: Engine) -> None:
+    assert pool.submit(partial(operator.truediv, 6), 2).result(60) == 3
 
 
 def test_errors_of_tasks_are_raised_as_they_are(pool: Engine) -> None:

@@ -215,8 +215,8 @@ def test_the_crank_that_keeps_off_dead_points_drives() -> None:
 @pytest.mark.parametrize(
     ("swinging", "stroke", "nears"),
     [
-        ({"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}, 1.5, 1),
-        ({"crank": 3, "coupler": 2, "offset": 0.3, "along": 1.5, "across": 0.5}, 1.2, 2),
+        ({"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}, 1.5, 3),
+        ({"crank": 3, "coupler": 2, "offset": 0.3, "along": 1.5, "across": 0.5}, 1.2, 3),
     ],
     ids=["four-bar", "slider-crank"],
 )

@@ -102,7 +102,7 @@ def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
 
 
 def test_the_install_line_brings_what_the_next_commands_need(root: Path) -> None:
-    """All extras of users, STEP with its huge kernel and clusters apart; a plugin's contract tests need few packages."""
+    """All extras of users but STEP and clusters; a plugin's contract tests need few packages."""
     extras = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
     (every,) = extras["all"]
     named = set(every.partition("[")[2].rstrip("]").split(","))
