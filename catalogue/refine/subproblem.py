@@ -282,9 +282,8 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
     """Return the limits, raised to what is measured between the stations of their pieces."""
     made = limits(problem, read)
     measured = drive_violations(problem, found)
-    for name in ("max_travel", "max_size"):  # of the finite path, whose ends are not those of the nominal
-        if (bound := getattr(problem.constraints, name)) is not None:
-            measured[name] = getattr(found.measures, UPPER_BOUNDS[name]) - bound
+    if (bound := problem.constraints.max_travel) is not None:
+        measured["max_travel"] = found.measures.travel - bound
     if has_room(problem):
         measured["swept_in"] = swept_violations(problem, found)["swept_in"]
     return {name: p.raised(measured[name]) if name in measured else p for name, p in made.items()}

@@ -215,7 +215,7 @@ def test_the_crank_that_keeps_off_dead_points_drives() -> None:
 @pytest.mark.parametrize(
     ("swinging", "stroke", "nears"),
     [
-        ({"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}, 1.5, 3),
+        ({"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}, 1.5, 2),
         ({"crank": 3, "coupler": 2, "offset": 0.3, "along": 1.5, "across": 0.5}, 1.2, 3),
     ],
     ids=["four-bar", "slider-crank"],
@@ -232,6 +232,6 @@ def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit(
     for unit in (1e-3, 1.0, 1e3):
         links = {name: unit * value for name, value in swinging.items()}
         found = catalogue.guide(links).measure(stroke=stroke * unit, limit=8)
-        near = [one.min_transmission < 5 for one in found]
+        near = [one.min_transmission < 4.5 for one in found]
         assert sum(near) == nears
         assert ["near a dead point" in told(one) for one in found] == near

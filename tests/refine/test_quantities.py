@@ -303,7 +303,7 @@ LIMITED: list[dict[str, Any]] = [
     {"min_transmission": 55.0},
     {"min_transmission": 55.0, "full_rotation": True},
     {"min_transmission_turn": 35.0},
-    {"max_size": 1.5, "min_link": 0.8, "max_link": 1.2, "min_ground": 0.7, "max_ground": 1.1, "max_arm": 0.6},
+    {"min_link": 0.8, "max_link": 1.2, "min_ground": 0.7, "max_ground": 1.1, "max_arm": 0.6},
     {"full_rotation": True, "max_drive_angle": 40.0, "min_drive_angle": 90.0},
 ]
 
