@@ -152,19 +152,19 @@ class _Tangent:
         """Return the velocity of a bar's point that is at a place (m, n)."""
         return np.asarray(self.move[bar] + 1j * self.spin[bar] * (place - self.poses.at[bar]))
 
-    def shifted(self, joint: int, one: int, other: int) -> Array | float:  # noqa: ARG002
+    def shifted(self, joint: int, one: int, other: int) -> Array | float:  # noqa: ARG002  # other orders use it
         """Return how a shift of the joint in bar `one` exceeds its shift in bar `other`."""
         return 0.0
 
-    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array | float:  # noqa: ARG002
+    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
         """Return the velocity of a slider over its rail apart from its sliding along it."""
         return 0.0
 
-    def turned(self, place: Array, pin: Array, speed: Array | float) -> Array | float:  # noqa: ARG002
+    def turned(self, place: Array, pin: Array, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
         """Return what the square of a rotation about a pin adds at a place."""
         return 0.0
 
-    def known(self, group: int) -> tuple[Array | float, Array | float]:  # noqa: ARG002
+    def known(self, group: int) -> tuple[Array | float, Array | float]:  # noqa: ARG002  # other orders use it
         """Return the speeds of a group whose squares count."""
         return 0.0, 0.0
 
@@ -276,7 +276,7 @@ class _Tangent:
         x, _ = self._solve(along, -across, on_bar - on_rail)
         self._slid(q, rail, kx, x, along)
 
-    def _squared(self, bar: int) -> Array | float:  # noqa: ARG002
+    def _squared(self, bar: int) -> Array | float:  # noqa: ARG002  # other orders use it
         """Return the rotation of a bar if its square counts."""
         return 0.0
 
@@ -300,7 +300,7 @@ class _Accelerations(_Tangent):
         twist = 1j * self.spin[bar] - self.first.spin[bar] ** 2
         return np.asarray(self.move[bar] + twist * (place - self.poses.at[bar]))
 
-    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array | float:  # noqa: ARG002
+    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
         return np.asarray(2j * self.first.spin[rail] * speed * self._direction(slide, rail))
 
     def turned(self, place: Array, pin: Array, speed: Array | float) -> Array | float:
@@ -326,7 +326,7 @@ class _Slopes(_Tangent):
         shift[2 * joint + 1] = 1j * shift[2 * joint]
         return shift
 
-    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array:  # noqa: ARG002
+    def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array:  # noqa: ARG002  # other orders use it
         here = self.poses
         way = here.at[slider] - here.at[rail] - here.turn[rail] * (here.origin[slider] - here.origin[rail])
         swing = np.zeros(self.move.shape[1:], complex)
