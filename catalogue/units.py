@@ -129,6 +129,37 @@ def power(declared: str) -> int:
     return _power(over) - sum(map(_power, under))
 
 
+def columns_in(columns: Mapping[tuple[str, str], Any], unit: str | None, to: str | None) -> dict[str, Any]:
+    """Convert columns by name and declared unit to those of a table, with units in the headings.
+
+    Parameters
+    ----------
+    columns : mapping of (str, str) to ndarray
+        Declared units are products and quotients, as ``length/rad``; empty without a unit.
+    unit, to : str, optional
+        Unit of their lengths, and that to convert them to.  Lengths of unknown unit are taken to
+        be in `to`; without any unit the headings say ``length``.
+
+    Raises
+    ------
+    InvalidRequest
+        If the unit is unknown.
+
+    Examples
+    --------
+    >>> columns_in({("x", "length"): 2.0, ("turn", "deg"): 3.0}, "cm", "mm")
+    {'x [mm]': 20.0, 'turn [deg]': 3.0}
+    """
+    told = unit_or_none(to) or unit
+    times = float(factor(unit, told)) if unit and told else 1.0
+    table = {}
+    for (name, declared), values in columns.items():
+        scale = times ** power(declared)
+        heading = f"{name} [{declared.replace(LENGTH, told or LENGTH)}]" if declared else name
+        table[heading] = values if scale == 1 else scale * values
+    return table
+
+
 def _power(product: str) -> int:
     return sum(int(n or 1) for n in re.findall(rf"\b{LENGTH}\b(?:\^(\d+))?", product))
 

@@ -13,7 +13,7 @@ from ..chains.rates import rates
 from ..errors import InvalidRequest, quoted
 from ..given import pair
 from ..kinematics.types import Array, Complexes, Floats
-from ..units import LENGTH, factor, power, unit_or_none
+from ..units import LENGTH, columns_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,14 +134,7 @@ class ChainMotion:
         """
         import pandas as pd
 
-        told = unit_or_none(unit) or self.unit
-        times = float(factor(self.unit, told)) if self.unit and told else 1.0
-        columns: dict[str, Array] = {}
-        for (name, declared), values in self._columns().items():
-            scale = times ** power(declared)
-            heading = f"{name} [{declared.replace(LENGTH, told or LENGTH)}]" if declared else name
-            columns[heading] = values if scale == 1 else scale * values
-        return pd.DataFrame(columns)
+        return pd.DataFrame(columns_in(self._columns(), self.unit, unit))
 
     def _columns(self) -> dict[tuple[str, str], Array]:
         """Return the columns of the table by name and declared unit."""

@@ -16,7 +16,7 @@ from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.path import places
-from ..units import LENGTH, factor, power, unit_or_none
+from ..units import LENGTH, columns_in
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -196,14 +196,7 @@ class GuideMotion:
         """
         import pandas as pd
 
-        told = unit_or_none(unit) or self.unit
-        times = float(factor(self.unit, told)) if self.unit and told else 1.0
-        columns: dict[str, Array] = {}
-        for (name, declared), values in self._columns().items():
-            scale = times ** power(declared)
-            heading = f"{name} [{declared.replace(LENGTH, told or LENGTH)}]" if declared else name
-            columns[heading] = values if scale == 1 else scale * values
-        return pd.DataFrame(columns)
+        return pd.DataFrame(columns_in(self._columns(), self.unit, unit))
 
     def _columns(self) -> dict[tuple[str, str], Array]:
         """Return the columns of the table by name and declared unit."""
