@@ -130,11 +130,11 @@ def power(declared: str) -> int:
 
 
 def columns_in(columns: Mapping[tuple[str, str], Any], unit: str | None, to: str | None) -> dict[str, Any]:
-    """Convert columns by name and declared unit to those of a table, with units in the headings.
+    """Convert columns to those of a table, with units in the headings.
 
     Parameters
     ----------
-    columns : mapping of (str, str) to ndarray
+    columns : mapping of (name, declared unit) to ndarray
         Declared units are products and quotients, as ``length/rad``; empty without a unit.
     unit, to : str, optional
         Unit of their lengths, and that to convert them to.  Lengths of unknown unit are taken to
