@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, permutations, product
 from typing import NamedTuple
@@ -32,14 +32,12 @@ import numpy as np
 
 from ..kinematics.batch import Rows, join
 from ..kinematics.linkage import Linkage
-from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Floats, Indices, Mask
-from .circuit_curve import CIRCUIT, CircuitCurve, CircuitMotion
+from .circuit_curve import CircuitCurve
 from .coupler_curve import CouplerCurve
 from .minimum_zone import concentric, grid, polar, seen
-from .sensitivity import COUNT, displaced, pose_jacobian, ways
+from .sensitivity import COUNT, pose_jacobian, ways
 from .trace import Traced
-from .wide_arc import along_circuits
 
 #: Probability with which a path stays within its tolerance over the whole stroke, at pivots that
 #: scatter by the allowance: two standard deviations of a normal number.
@@ -79,9 +77,6 @@ LARGEST = 0.01
 TAIL = 4.743864518
 #: Dimensions of the directions.
 DIMENSIONS = 4
-#: Step of the differences of derivatives by the pivots, and of the parameter as a part of its
-#: window [strokes].
-PIVOT_STEP = 1e-5
 
 
 @dataclass(frozen=True)
@@ -243,7 +238,7 @@ class Reach(Rows):
         """Return the reach of paths within tolerances (n,) [length]."""
         up, down = found.margins(asked)
         count = up.shape[1]
-        scaled = _known(found.across / np.minimum(up, down)[..., None])
+        scaled = known(found.across / np.minimum(up, down)[..., None])
         axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]  # (n, 10, 4)
         seen_ = found.across @ axes
         length, whole = np.linalg.norm(seen_, axis=-1), np.linalg.norm(found.across, axis=-1)
@@ -251,7 +246,7 @@ class Reach(Rows):
             seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
         half = _directions()
         ends = np.concatenate([seen_ / up[..., None], -seen_ / down[..., None]], axis=1)
-        nearness, first_out = _support(_known(ends), half)
+        nearness, first_out = _support(known(ends), half)
         both = np.concatenate([half, -half]) @ np.swapaxes(axes, 1, 2)
         margin = np.take_along_axis(np.concatenate([up, down], axis=1), first_out, 1)
         return cls(nearness, first_out % count, both, margin)
@@ -312,7 +307,7 @@ def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
     up, down = found.margins(asked)
     scatter = np.empty(len(asked))
     for i in range(len(asked)):  # one at a time: a row of all is as large as a core's memory
-        moved = _known(found.across[i]) @ moves
+        moved = known(found.across[i]) @ moves
         scatter[i] = 1 / _kept(np.maximum(moved / up[i, :, None], -moved / down[i, :, None]).max(0))
     return scatter
 
@@ -325,7 +320,7 @@ def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: 
     found, moves = _drawn(found, asked, rough=rough)
     deviation = np.empty(len(asked))
     for i in range(len(asked)):
-        error = found.error[i, :, None] + scatter * (_known(found.across[i]) @ moves)
+        error = found.error[i, :, None] + scatter * (known(found.across[i]) @ moves)
         deviation[i] = found.missed[i] + _kept(np.abs(error).max(0))
     return deviation
 
@@ -351,7 +346,6 @@ def allowances(
     zone: Zone,
     *,
     rough: bool = False,
-    largest: float | None = None,
 ) -> Floats:
     """Return the allowances of traced guides for a tolerance, to first order, shape (n,) [length].
 
@@ -364,14 +358,12 @@ def allowances(
         Largest deviations that are allowed [length].
     rough : bool
         At fewer stations, as a search does.
-    largest : float, optional
-        Largest allowance, over the shortest link; `LARGEST` if not given.
     """
     here = responses(guides, traced, zone, rough=rough)
     asked = np.broadcast_to(asked, here.deviation.shape)
     every = [allowed(found, here.deviation[i], asked[i], rough=rough) for i, found in in_parts(here, zone.free)]
     least = np.concatenate(every)
-    return np.minimum(least, (LARGEST if largest is None else largest) * shortest(guides.linkage))
+    return np.minimum(least, LARGEST * shortest(guides.linkage))
 
 
 def shortest(linkage: Linkage) -> Floats:
@@ -405,92 +397,7 @@ def expected_deviation(
     return np.asarray(asked)
 
 
-class Slopes(NamedTuple):
-    """How allowances change, shape (n,) but for the first; 0 where it is not known."""
-
-    by_pivots: Floats  #: (n, 10), by pivots and guided point, as far as these change the sensitivities
-    by_deviation: Floats
-    by_tolerance: Floats
-
-
-def slopes(
-    asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = True
-) -> Slopes:
-    """Return the derivatives of the allowances for tolerances, () or (n,) [length].
-
-    The sensitivities are differenced, with the places along the nominals held.
-    """
-    with np.errstate(all="ignore"):
-        intervals = _intervals(traced, zone, rough)
-        here = response(guides, traced, zone, intervals)
-        at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
-        found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES)
-        good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation)
-        found = replace(found, across=np.where(good[:, None, None], found.across, 0.0))
-        reach = Reach.of(found, at)
-        scatter = reach.scatter()
-        by_rate, by_deviation, by_tolerance = _influence(here, found, reach, at, reach.shares(scatter))
-        by_rate = np.swapaxes(here.carried, 1, 2) @ by_rate  # to the nodes
-        changes = _second_differences(guides, traced, grid(intervals).nodes, np.moveaxis(here.moved, 1, 0))
-        changes = np.where(scattered(guides.linkage), changes, 0.0)
-        left = (asked - here.deviation) / (at - here.deviation)
-        by_pivots = (scatter * left)[:, None] * np.einsum("kjni,nji->nk", changes, by_rate)
-    one, two = (np.where(good, np.nan_to_num(scatter * part), 0.0) for part in (by_deviation, by_tolerance))
-    return Slopes(np.where(good[:, None] & np.isfinite(by_pivots), by_pivots, 0.0), one, two)
-
-
-def _influence(
-    here: Response, found: References, reach: Reach, asked: Floats, shares: Floats
-) -> tuple[Floats, Floats, Floats]:
-    """Differentiate the logarithm of the allowance.
-
-    Returns
-    -------
-    ndarray, shape (n, m, 10)
-        Derivatives by the sensitivities at the stations.
-    ndarray, ndarray, shape (n,) each
-        Derivatives by the deviation, all distances scaling with it, and by the tolerance.
-    """
-    row = np.arange(len(asked))[:, None]
-    weights = np.zeros((*reach.reference.shape, here.error.shape[1]))
-    np.put_along_axis(weights, found.stations[row, reach.reference], found.weights[row, reach.reference], axis=2)
-    moved = ((reach.direction @ np.swapaxes(here.across, 1, 2)) * weights).sum(-1)
-    by_rate = -np.swapaxes(weights, 1, 2) @ (np.nan_to_num(shares / moved)[..., None] * reach.direction)
-    per_margin = np.nan_to_num(shares / reach.margin)
-    used = np.nan_to_num((asked[:, None] - reach.margin) / here.deviation[:, None])
-    return by_rate, -(per_margin * used).sum(1), per_margin.sum(1)
-
-
-def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
-    """Difference `PoseJacobian.across` at nodes by each coordinate, shape (10, m, n, 10).
-
-    NaN where that is impossible.
-
-    The stations and the directions of the nominals are held.
-    """
-    n, t, tangent = len(guides), traced.parameters(nodes), ways(guides, traced, nodes)
-    each = np.tile(np.arange(n), COUNT)
-    linkage, point, good = displaced(
-        guides.linkage[each], guides.point[each], np.repeat(PIVOT_STEP * np.eye(COUNT), n, axis=0)
-    )
-    each = each[good]
-    pole = None if guides.pole is None else guides.pole[each]
-    charts = guides.motion.chart[each]
-    if (charts == CIRCUIT).any():
-        moving: Motion | CircuitMotion = along_circuits(linkage, point).motion
-    else:
-        moving = motion(linkage, charts, point, pole=pole)
-    place, window = guides.motion.pose(t).point(guides.point), PIVOT_STEP * (t[-1] - t[0])
-    speed = ((guides.motion.pose(t + window).point(guides.point) - place) * tangent.conj()).real / window
-    t, tangent, place, speed = t[:, each], tangent[:, each], place[:, each], speed[:, each]
-    t = t - ((moving.pose(t).point(point) - place) * tangent.conj()).real / speed
-    changed = np.full((len(nodes), COUNT * n, COUNT), np.nan)
-    changed[:, good] = pose_jacobian(moving, point, t, tangent).across
-    by_step = changed.reshape(len(nodes), COUNT, n, COUNT).swapaxes(0, 1)
-    return np.asarray((by_step - here) / PIVOT_STEP)
-
-
-def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
+def intervals_of(traced: Traced, zone: Zone, rough: bool) -> int:
     """Return the intervals between stations, twice as many along wide arcs of a given radius."""
     return zone.intervals(rough) * (2 if zone.free == 2 and traced.fit.is_wide.any() else 1)
 
@@ -498,7 +405,7 @@ def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
 def responses(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool) -> Response:
     """Compute the linear response of traced guides, at the stations of a search or an answer."""
     with np.errstate(all="ignore"):
-        return response(guides, traced, zone, _intervals(traced, zone, rough))
+        return response(guides, traced, zone, intervals_of(traced, zone, rough))
 
 
 def in_parts(here: Response, free: int) -> Iterator[tuple[slice, References]]:
@@ -533,7 +440,7 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
     return scatter
 
 
-def _known(values: Floats) -> Floats:
+def known(values: Floats) -> Floats:
     """Return values with 0 for those that are not known."""
     return np.where(np.isfinite(values), values, 0.0)
 

@@ -23,7 +23,7 @@ from ..candidates.feasibility import (
     swept_violations,
     values,
 )
-from ..guidance.allowance import Zone, slopes
+from ..guidance.allowance import Zone
 from ..guidance.circuit_curve import CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.fixed_nominal import Nominal
@@ -325,9 +325,13 @@ def _of_scatter(
     this the deviation expected at the play asked.  With them comes what they rise by per unit of the
     largest error.
     """
-    wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
     limits: dict[str, Pieces] = {}
     measures: dict[str, Pieces] = {}
+    wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
+    if not (problem.needs_allowance or (wanted.play and "deviation" in ranked)):
+        return limits, measures, {}
+    from ..guidance.allowance_slopes import slopes
+
     by_error, zone = {}, Zone(*problem.zone)
     if problem.needs_allowance:
         by = slopes(asked, guides, found.traced, zone)

@@ -15,7 +15,8 @@ from scipy.optimize import minimize
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch, described, near_path, with_allowance
 from catalogue.guidance import allowance as module
-from catalogue.guidance.allowance import Reach, References, Zone, allowances, expected_deviation, slopes
+from catalogue.guidance.allowance import Reach, References, Zone, allowances, expected_deviation
+from catalogue.guidance.allowance_slopes import slopes
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.finite_scatter import finite_allowances, finite_expected
 from catalogue.guidance.sensitivity import COUNT, displaced
