@@ -121,9 +121,9 @@ _KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
 
 
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
-    """Return the reaches of guides of these kinds between two levels.
+    """Read the reaches of guides of these kinds between two levels of deviation.
 
-    Levels count the guides that cover their members first.
+    Of each member the first `cover` guides, in the order in which they cover it.
     """
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
     lengths = ("sweep", "deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "min_transmission",

@@ -56,7 +56,7 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
         return None
     linkage = _rotating(DRAWS.each * count, random)
     wanted, n = problem.constraints, len(linkage)
-    drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1
+    drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1 + 1e-9  # else 1, but for rounding
     turned = np.where(drags, random.uniform(*DRAWS.dragged, n), random.uniform(*DRAWS.turned, n))
     if wanted.min_drive_angle is not None:
         turned = np.full(n, np.radians(wanted.min_drive_angle))
