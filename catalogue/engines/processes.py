@@ -18,12 +18,14 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import PluginError, WorkerKilled, shortened
+from ..errors import PluginError, WorkerKilled, one_line, shortened
 from ..threads import Threads
 from .base import TRIES, Begin, Engine
+from .worker import receive, send
 
 #: Time for a process that closed its pipe to end [s].
 GRACE = 5.0
@@ -106,8 +108,7 @@ class Processes(Engine):
 
     def _made(self, task: tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]]) -> Any:
         function, arguments, _ = task
-        named = getattr(function, "func", function)  # of a partial function, the function
-        name = arguments[0] if arguments and isinstance(arguments[0], str) else named.__name__
+        name = arguments[0] if arguments and isinstance(arguments[0], str) else _name(function)
         name = shortened(name, 60)
         process, late = self._process(), threading.Event()
         if process is None:
@@ -126,8 +127,8 @@ class Processes(Engine):
         assert process.stdout is not None  # a pipe
         try:
             _send(process, task)
-            done, answer = pickle.load(process.stdout)  # nosec B301
-        except (EOFError, OSError, pickle.UnpicklingError) as error:
+            content = receive(process.stdout)
+        except (EOFError, OSError) as error:
             self._local.process = None  # the next task gets a new one
             kind, how = _end(process)
             if late.is_set():
@@ -136,6 +137,10 @@ class Processes(Engine):
         finally:
             if alarm is not None:
                 alarm.cancel()
+        try:
+            done, answer = pickle.loads(content)  # nosec B301  # from the process that was started above
+        except Exception as error:
+            raise PluginError(f"the result of {name} cannot be read here: {one_line(error)}") from error
         if not done:
             raise answer
         return answer
@@ -174,9 +179,14 @@ class Processes(Engine):
 
 def _send(process: subprocess.Popen[bytes], message: Any) -> None:
     assert process.stdin is not None  # a pipe
-    content = pickle.dumps(message)  # whole: a task that cannot be pickled must not be sent in part
-    process.stdin.write(content)
-    process.stdin.flush()
+    send(process.stdin, pickle.dumps(message))
+
+
+def _name(function: Callable[..., Any]) -> str:
+    """Return the name of a function, of that of a partial one, or of the class of an object."""
+    while isinstance(function, partial):
+        function = function.func
+    return getattr(function, "__name__", type(function).__name__)
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:

@@ -17,7 +17,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 from ..errors import PluginError, WorkerKilled, one_line
 
@@ -37,38 +37,40 @@ def main() -> None:
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the calling process, which then closes the pipe
     warnings.simplefilter("ignore")  # the calling process has said it already
-    tasks: SimpleQueue[Any] = SimpleQueue()
+    tasks: SimpleQueue[bytes] = SimpleQueue()
     following = tasks.get
     try:
         threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
     except RuntimeError:  # a full process table: a pipe that closes is seen after the task
         following = partial(_read, source)
     process = os.getpid()
-    begin, limit, niceness = following()
-    if niceness and hasattr(os, "nice"):
-        os.nice(niceness)
-    failure = None
+    failure, limit = None, None
     try:
+        begin, limit, niceness = pickle.loads(following())  # nosec B301  # from the calling process
+        if niceness and hasattr(os, "nice"):
+            os.nice(niceness)
         if begin is not None:
             begin()
     except BaseException as error:
         failure = error
     with Path(os.devnull).open("w") as nowhere:
         while True:
-            function, arguments, keywords = following()
+            task = following()
             if limit is not None:
                 with suppress(RuntimeError):
                     faulthandler.dump_traceback_later(limit + GRACE, exit=True, file=nowhere)
-            answer = (False, failure) if failure is not None else _answer(function, arguments, keywords)
+            answer = (False, failure) if failure is not None else _answer(task)
             if os.getpid() != process:  # a plugin has forked it
                 os._exit(0)
-            view = memoryview(_pickled(answer))
-            while view:  # an unbuffered pipe may take a part only
-                view = view[sink.write(view) :]
+            send(sink, _pickled(answer))
             faulthandler.cancel_dump_traceback_later()
 
 
-def _answer(function: Any, arguments: Any, keywords: Any) -> tuple[bool, Any]:
+def _answer(task: bytes) -> tuple[bool, Any]:
+    try:
+        function, arguments, keywords = pickle.loads(task)  # nosec B301  # from the calling process
+    except Exception as error:
+        return False, PluginError(f"a worker cannot import a task, or its arguments: {one_line(error)}")
     try:
         return True, function(*arguments, **keywords)
     except MemoryError as error:
@@ -88,18 +90,36 @@ def _pickled(answer: tuple[bool, Any]) -> bytes:
     return content
 
 
-def _read(source: BinaryIO) -> Any:
+def send(pipe: IO[bytes], content: bytes) -> None:
+    """Write a message: its length in 8 bytes, then its content."""
+    view = memoryview(len(content).to_bytes(8, "big") + content)
+    while view:  # an unbuffered pipe may take a part only
+        view = view[pipe.write(view) :]
+    pipe.flush()
+
+
+def receive(pipe: IO[bytes]) -> bytes:
+    """Read a message; `EOFError` if the pipe closes before its end."""
+    head = pipe.read(8)
+    size = int.from_bytes(head, "big")
+    content = pipe.read(size) if len(head) == 8 else b""
+    if len(head) < 8 or len(content) < size:
+        raise EOFError
+    return content
+
+
+def _read(source: BinaryIO) -> bytes:
     """Read the next task; end this process where there is none."""
     try:
-        return pickle.load(source)  # nosec B301  # what the process that started this one sends
-    except (EOFError, OSError, pickle.UnpicklingError):
+        return receive(source)
+    except (EOFError, OSError):
         os._exit(0)
 
 
-def _listen(source: BinaryIO, tasks: SimpleQueue[Any]) -> None:
+def _listen(source: BinaryIO, tasks: SimpleQueue[bytes]) -> None:
     try:
         while True:
-            tasks.put(pickle.load(source))  # nosec B301  # what the process that started this one sends
+            tasks.put(receive(source))
     finally:
         os._exit(0)
 

@@ -45,6 +45,33 @@ def test_a_task_may_be_a_partial_function(pool: Engine) -> None:
     assert pool.submit(partial(operator.truediv, 6), 2).result(60) == 3
 
 
+@pytest.mark.parametrize(
+    "task",
+    [operator.methodcaller("bit_length"), partial(operator.methodcaller("bit_length")), int.bit_length, (5).__rpow__],
+)
+def test_a_task_may_be_any_object_that_is_called(pool: Engine, task: Any) -> None:
+    assert pool.submit(task, 2).result(60) == task(2)
+
+
+class Unreadable(Exception):
+    """An error that can be pickled, but not made again."""
+
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(f"{one} and {other}")
+
+
+def failing() -> None:
+    print("a task may print")
+    raise Unreadable("this", "that")
+
+
+@pytest.mark.slow
+def test_an_error_that_cannot_be_made_again_is_told(pool: Engine) -> None:
+    with pytest.raises(Exception, match="this and that"):
+        pool.submit(failing).result(60)
+    assert pool.submit(operator.add, 1, 2).result(60) == 3
+
+
 def test_errors_of_tasks_are_raised_as_they_are(pool: Engine) -> None:
     with pytest.raises(ZeroDivisionError):
         pool.submit(operator.truediv, 1, 0).result(60)
@@ -107,6 +134,28 @@ def test_what_cannot_be_pickled_is_told_and_the_worker_goes_on() -> None:
         with pytest.raises(PluginError, match="pickle"):
             pool.submit(open, os.devnull).result(60)
         assert pool.submit(operator.add, 1, 2).result(60) == 3
+
+
+@pytest.mark.slow
+def test_tasks_and_results_of_unknown_modules_are_told_and_the_worker_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A module that was imported here is gone when the worker looks for it."""
+    (tmp_path / "passing.py").write_text("class Mark:\n    pass\n\ndef mark():\n    return Mark()\n")
+    with engine("processes:1") as pool:
+        monkeypatch.syspath_prepend(tmp_path)
+        task = __import__("passing").mark
+        with engine("processes:1") as knowing:
+            assert type(knowing.submit(task).result(60)).__name__ == "Mark"
+            monkeypatch.delattr("passing.Mark")
+            with pytest.raises(PluginError, match="the result of mark cannot be read here"):
+                knowing.submit(task).result(60)
+            assert knowing.submit(operator.add, 1, 2).result(60) == 3
+        first = pool.submit(os.getpid)
+        (tmp_path / "passing.py").unlink()
+        with pytest.raises(PluginError, match=r"a worker cannot import a task.*passing"):
+            pool.submit(task).result(60)
+        assert pool.submit(os.getpid).result(60) == first.result(60)
 
 
 @pytest.mark.parametrize("name", ["threads", "serial:2", "processes:0", "processes:many", "", 3])
