@@ -183,7 +183,7 @@ def _send(process: subprocess.Popen[bytes], message: Any) -> None:
 
 
 def _name(function: Callable[..., Any]) -> str:
-    """Return the name of a function, of that of a partial one, or of the class of an object."""
+    """Name a task: its function, also inside a partial one, or its class."""
     while isinstance(function, partial):
         function = function.func
     return getattr(function, "__name__", type(function).__name__)
