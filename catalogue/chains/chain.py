@@ -10,14 +10,31 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidLinkage, quoted
-from ..kinematics.linkage import COINCIDENT, LARGEST, PR, RP, RR, SMALLEST, Linkage
+from ..kinematics.linkage import COINCIDENT, PR, RP, RR, Linkage
 from ..kinematics.plane_vectors import cross
 from ..kinematics.types import Complexes, Floats, Mask
 from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Structure
 
-#: Sine of the angle at which a dyad closes, below which a chain is given at a dead or change point:
-#: its branch would be a matter of rounding, which is the square root of 1e-16.
-MIN_SINE = 1e-7
+
+@dataclass(frozen=True)
+class PoseLimits:
+    """Limits of a reference pose.
+
+    Attributes
+    ----------
+    sine : float
+        Least sine of the angle at which a dyad closes: nearer to a dead or change point the branch
+        is a matter of rounding, which is the square root of 1e-16.
+    smallest, largest : float
+        Range of sizes [length]: fourth powers of lengths down to 1e-12 of them are normal doubles.
+    """
+
+    sine: float = 1e-7
+    smallest: float = 1e-60
+    largest: float = 1e60
+
+
+LIMITS = PoseLimits()
 
 
 @dataclass(frozen=True)
@@ -35,8 +52,8 @@ class Chain:
     Raises
     ------
     InvalidLinkage
-        If a position is not finite, two joints of a bar that closes a dyad coincide, or the chain
-        is given at a dead or change point.
+        If a position is not finite, the size is beyond 1e-60 ... 1e60, two joints of the crank or
+        of a bar that closes a dyad coincide, or the chain is given at a dead or change point.
 
     Examples
     --------
@@ -87,14 +104,24 @@ class Chain:
         with np.errstate(all="ignore"):
             finite = np.isfinite(self.z).all(0) & np.isfinite(self.u).all(0)
             yield np.asarray(~finite), "a joint or a slide has a coordinate that is not finite, or no direction"
-            fits = (self.size >= SMALLEST) & (np.abs(self.z).max(0) <= LARGEST)
-            yield np.asarray(~fits), f"its size must be between {SMALLEST:.0e} and {LARGEST:.0e}: choose another unit"
+            fits = (self.size >= LIMITS.smallest) & (np.abs(self.z).max(0) <= LIMITS.largest)
+            yield (
+                np.asarray(~fits),
+                f"its size must be between {LIMITS.smallest:.0e} and {LIMITS.largest:.0e}: choose another unit",
+            )
+            if len(arm := self.structure.arm):
+                shortest = np.abs(self.z[arm] - self.z[self.structure.driver[1].joint]).max(0)
+                name = quoted(self.structure.drive)
+                yield (
+                    ~(shortest > COINCIDENT * self.size),
+                    f"joints of {name} coincide: it drives nothing, give it a length",
+                )
             for group in self.structure.dyads:
                 first, second = (self.structure.names[i] for i in (group.first, group.second))
                 shortest, sine = self.lengths(group), np.abs(self.sine(group))
                 yield ~(shortest > COINCIDENT * self.size), f"joints of {quoted(first)} or {quoted(second)} coincide"
                 yield (
-                    ~(sine >= MIN_SINE),
+                    ~(sine >= LIMITS.sine),
                     f"it is given at a dead or change point of {quoted(first)} and {quoted(second)}, where its branch "
                     "is open: give another position",
                 )

@@ -9,7 +9,7 @@ joints     by name a position [x, y]; or, in order, from joints before it:
            {"from": "B", "to": "C", "along": 70, "across": -8}: along and left of a way
 bars       by name the joints on each, ["B", "C"] or "BC"; one is the `frame`
 drive      a bar pinned to the frame, which turns, or a slider on the frame, which is pushed
-point      the guided joint
+point      the guided joint, on moving bars alone
 slides     [{"bar": "frame", "slider": "ram", "angle": 90}, ...], angle of the slide [deg]; or
            {"bar": "body", "slider": "shaft", "along": ["mount", "eye"]}: from joint to joint
 gears      [{"wheels": ["sun", "planet"], "carrier": "arm", "ratio": -2}, ...]; see `Gear`
@@ -27,9 +27,10 @@ from typing import Any, NamedTuple
 
 from ..errors import InvalidLinkage, quoted
 from ..given import number, pair, text
+from ..kinematics.linkage import COINCIDENT
 from ..kinematics.motion import CHANGE
 from ..units import unit_or_none
-from .chain import Chain
+from .chain import LIMITS, Chain
 from .structure import Structure
 
 #: Words of a position that are no names of joints.
@@ -100,10 +101,16 @@ def read_chain(given: Mapping[str, Any]) -> GivenChain:
     point = text("point", given["point"])
     if point not in structure.joints:
         raise InvalidLinkage(f"the guided point {quoted(point)} is no joint on a bar")
+    guided = structure.joints.index(point)
+    if structure.frame in structure.on[guided]:
+        raise InvalidLinkage(
+            f"the guided point {quoted(point)} is on the frame, which stands still: name a joint on moving bars alone"
+        )
+    name = given.get("name")
     return GivenChain(
         Chain.of(structure, places, [_direction(one, places) for one in slides]),
-        structure.joints.index(point),
-        text("name", given.get("name") or ""),
+        guided,
+        "" if name is None else text("name", name),
         unit_or_none(given.get("unit")),
     )
 
@@ -143,6 +150,8 @@ def _direction(slide: Mapping[str, Any], places: Mapping[str, complex]) -> compl
     one, other = (text("along", joint) for joint in pair("along", slide["along"], "the names of two joints"))
     if unknown := [joint for joint in (one, other) if joint not in places]:
         raise InvalidLinkage(f"there is no joint {quoted(unknown[0])}")
+    if places[one] == places[other]:
+        raise InvalidLinkage(f"a slide along {one} and {other} has no direction: they coincide")
     return places[other] - places[one]
 
 
@@ -159,9 +168,11 @@ def _places(given: Mapping[str, Any]) -> dict[str, complex]:
             places[name] = _placed(f"joint {quoted(name)}", value, places)
         else:
             x, y = pair(f"joint {quoted(name)}", value, "x and y, or distances from joints before it")
-            places[name] = complex(number(f"x of joint {name}", x), number(f"y of joint {name}", y))
+            places[name] = complex(number(f"x of joint {quoted(name)}", x), number(f"y of joint {quoted(name)}", y))
         if not cmath.isfinite(places[name]):
             raise InvalidLinkage(f"joint {quoted(name)} has a coordinate that is not finite")
+        if max(abs(places[name].real), abs(places[name].imag)) > LIMITS.largest:
+            raise InvalidLinkage(f"joint {quoted(name)} lies beyond {LIMITS.largest:.0e}: choose another unit")
     return places
 
 
@@ -169,22 +180,28 @@ def _placed(name: str, value: Mapping[str, Any], places: Mapping[str, complex]) 
     """Place a joint by distances from others."""
 
     def known(joint: Any) -> complex:
-        if joint not in places:
+        if not isinstance(joint, str) or joint not in places:
             raise InvalidLinkage(f"{name} is placed from {quoted(joint)}, which is no joint before it")
         return places[joint]
 
     if {*value} == {"from", "to", "along", "across"}:
         start, way = known(value["from"]), known(value["to"]) - known(value["from"])
         if not way:
-            raise InvalidLinkage(f"{name} lies along no way: {value['from']} and {value['to']} coincide")
+            raise InvalidLinkage(
+                f"{name} lies along no way: {quoted(value['from'])} and {quoted(value['to'])} coincide"
+            )
         return start + way / abs(way) * complex(number("along", value["along"]), number("across", value["across"]))
-    away = {joint: number(f"{name}, its distance from {joint}", d) for joint, d in value.items() if joint not in _HOW}
+    away = {
+        joint: number(f"{name}, its distance from {quoted(joint)}", d)
+        for joint, d in value.items()
+        if joint not in _HOW
+    }
     if min(away.values(), default=0) <= 0:
         raise InvalidLinkage(f"{name} needs distances above zero from joints before it")
     (first, distance), *others = away.items()
     if {*value} == {first, "angle"}:
         return known(first) + cmath.rect(distance, math.radians(number("angle", value["angle"])))
-    if len(others) != 1 or {*value} - {*away} != {"side"} or value["side"] not in _SIDES:
+    if len(others) != 1 or {*value} - {*away} != {"side"} or value["side"] not in [*_SIDES]:
         raise InvalidLinkage(
             f'{name} needs a position, distances from two joints and "side": "left" or "right", or a distance and an '
             "angle"
@@ -196,12 +213,14 @@ def _apex(name: str, one: complex, first: float, other: complex, second: float, 
     """Return the apex of a triangle on a side of the way between two places."""
     way = other - one
     apart = abs(way)
-    if not apart:
+    size = max(first, second, apart)  # in units of which no power of a length overflows
+    a, b, c = first / size, second / size, apart / size
+    if c < COINCIDENT:
         raise InvalidLinkage(f"{name} stands on two joints that coincide")
-    square = (first + second - apart) * (first + second + apart) * (apart - first + second) * (apart + first - second)
-    if square < -CHANGE * (first + second) ** 4:
+    square = (a + b - c) * (a + b + c) * (c - a + b) * (c + a - b)
+    if square < -CHANGE * (a + b) ** 4:
         raise InvalidLinkage(
             f"{name} cannot be {first:g} and {second:g} away from joints that are {apart:g} apart: take another angle"
         )
-    along = 0.5 * (apart**2 + (first - second) * (first + second))
-    return one + way * complex(along, side * 0.5 * math.sqrt(max(square, 0.0))) / apart**2
+    along = 0.5 * (c**2 + (a - b) * (a + b))
+    return one + way * complex(along, side * 0.5 * math.sqrt(max(square, 0.0))) / c**2

@@ -44,10 +44,15 @@ RPP = "RPP"
 
 
 class Most(IntEnum):
-    """Limits: bars of a chain, denominator of a gear ratio (more than the teeth of gears)."""
+    """Limits of a chain.
+
+    Bars; teeth of a wheel, of which gear ratios are quotients; turns of the drive until all wheels
+    are back, as each is searched for dead points.
+    """
 
     BARS = 40
     TEETH = 360
+    TURNS = 1000
 
 
 @dataclass(frozen=True)
@@ -62,8 +67,9 @@ class Slide:
 class Gear:
     """Wheels `first` and `second`, pinned to a carrier, turn in a ratio relative to it.
 
-    The angle of `second` is `ratio` times that of `first`: negative for an external pair.  A bar
-    kept parallel to another is a gear of ratio 1 on that other.
+    The angle of `second` is `ratio` times that of `first`: negative for an external pair, and a
+    quotient of two numbers of teeth, up to 360.  A bar kept parallel to another is a gear of ratio
+    1 on that other.
     """
 
     first: str
@@ -119,7 +125,8 @@ class Structure:
     Raises
     ------
     InvalidLinkage
-        If a name is unknown or given twice, or bars close in no group.
+        If a name is unknown or given twice, bars close in no group, or a gear ratio is no quotient
+        of teeth or brings the wheels back only after more than 1000 turns of the drive.
 
     Examples
     --------
@@ -238,6 +245,14 @@ class Structure:
             )
         return bar, links[0]
 
+    @cached_property
+    def arm(self) -> list[int]:
+        """Joints, but for its pin, of a driving crank that turns no wheel."""
+        bar, link = self.driver
+        if link.is_slide or any(self.drive in (gear.first, gear.second) for gear in self.gears):
+            return []
+        return [j for j, bars in enumerate(self.on) if bar in bars and j != link.joint]
+
     @property
     def is_pushed(self) -> bool:
         """Whether the drive is a slider."""
@@ -261,12 +276,17 @@ class Structure:
             known |= {group.bar} if isinstance(group, Turn) else {group.first, group.second}
             found.append(group)
         if self.freedoms < 1:
-            raise InvalidLinkage(f"it has {self.freedoms} freedoms: a joint, slide or gear is one too many")
+            raise self._unclosed([])
         return tuple(found)
 
     def _unclosed(self, left: Sequence[str]) -> InvalidLinkage:
-        if self.freedoms != 1:
-            return InvalidLinkage(f"it has {self.freedoms} freedoms; one drive moves a chain of one freedom")
+        if self.freedoms < 1:
+            return InvalidLinkage(f"it has {self.freedoms} freedoms: a joint, slide or gear is one too many")
+        if self.freedoms > 1:
+            return InvalidLinkage(
+                f"it has {self.freedoms} freedoms; one drive moves a chain of one freedom: connect "
+                f"{', '.join(map(quoted, left))} with more bars"
+            )
         return InvalidLinkage(
             f"{', '.join(map(quoted, left))} close in no dyad: take another drive, or the chain is of a higher class"
         )
@@ -334,7 +354,8 @@ class Structure:
                         f"the wheel {quoted(self.names[group.bar])} needs a whole ratio, as its pair does not turn in "
                         "proportion to the drive"
                     )
-                if abs(float(ratio) - group.gear.ratio) > 1e-12 * abs(group.gear.ratio):
+                exact = abs(float(ratio) - group.gear.ratio) <= 1e-12 * abs(group.gear.ratio)
+                if not exact or abs(ratio.numerator) > Most.TEETH:
                     raise InvalidLinkage(
                         f"the gear ratio {group.gear.ratio:.12g} is no fraction of teeth up to {Most.TEETH}"
                     )
@@ -347,4 +368,10 @@ class Structure:
     @cached_property
     def turns(self) -> int:
         """Number of turns of the drive after which all wheels are back."""
-        return lcm(*(rate.denominator for rate in self.rates if rate is not None))
+        count = lcm(*(rate.denominator for rate in self.rates if rate is not None))
+        if count > Most.TURNS:
+            raise InvalidLinkage(
+                f"its wheels are back only after {quoted(count)} turns of the drive, at most {int(Most.TURNS)} are "
+                "followed: take gear ratios with common factors"
+            )
+        return count

@@ -92,6 +92,8 @@ class ChainFamily:
             raise PluginError(f"{what}: its structure must be made by Structure.of")
         if self.point not in self.structure.joints:
             raise PluginError(f"{what}: the guided point {quoted(self.point)} is no joint on a bar")
+        if self.structure.frame in self.structure.on[self.guided]:
+            raise PluginError(f"{what}: the guided point {quoted(self.point)} is on the frame, which stands still")
         if not all(isinstance(one, Parameter) for one in self.parameters):
             raise PluginError(f"{what}: its parameters must be of the class Parameter")
         names = [one.name for one in self.parameters]

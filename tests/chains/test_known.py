@@ -137,8 +137,14 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"bars": {"frame": {"O": 1}}}, "bar 'frame' must be a list, not"),
     ({"drive": 3}, "drive must be of type str, not 3"),
     ({"point": "X"}, "the guided point 'X' is no joint on a bar"),
+    ({"point": "O"}, "the guided point 'O' is on the frame, which stands still"),
+    ({"name": 0}, "name must be of type str, not 0"),
     ({"colour": 1}, "a chain has no 'colour'"),
     ({"slides": [{"bar": "frame"}]}, "slide 0 must say bar, slider, angle or bar, slider, along"),
+    (
+        {"slides": [{"bar": "j", "slider": "k", "along": ["B", "B"]}], "bars": {**JANSEN["bars"], "k": ["F"]}},
+        "a slide along B and B has no direction",
+    ),
     ({"gears": [{"wheels": ["c", "k"], "carrier": "frame", "ratio": "2"}]}, "ratio must be a number, not '2'"),
     ({"parallel": [["c"]]}, "parallel must be the names of two bars"),
     ({"unit": "furlong"}, "furlong"),
@@ -168,9 +174,16 @@ def test_what_is_missing_is_named(name: str) -> None:
         ("C", {"B": 50, "D": 41.5}, "needs a position, distances from two joints and"),
         ("C", {"B": 50, "D": 41.5, "side": "up"}, "needs a position, distances from two joints and"),
         ("C", {"B": -50, "D": 41.5, "side": "left"}, "needs distances above zero"),
-        ("C", {"B": "50", "D": 41.5, "side": "left"}, "its distance from B must be a number, not '50'"),
+        ("C", {"B": "50", "D": 41.5, "side": "left"}, "its distance from 'B' must be a number, not '50'"),
         ("C", {"from": "D", "to": "D", "along": 1, "across": 0}, "lies along no way"),
         ("C", {}, "needs distances above zero"),
+        ("C", {"B": 50, "D": 41.5, "side": ["left"]}, "needs a position, distances from two joints and"),
+        ("C", {"from": ["B"], "to": "D", "along": 1, "across": 0}, "is placed from .'B'., which is no joint before"),
+        ("C", {"from": "B", "to": {"D": 1}, "along": 1, "across": 0}, "which is no joint before it"),
+        ("C", {"B": 1e300, "D": 1e300, "side": "left"}, "joint 'C' stands on two joints that coincide"),
+        ("C", [1e308, 1e308], "joint 'C' lies beyond 1e.60: choose another unit"),
+        ("C", [float("nan"), 0], "joint 'C' has a coordinate that is not finite"),
+        ("B", [0, 0], "joints of 'crank' coincide: it drives nothing"),
     ],
 )
 def test_a_joint_that_cannot_be_placed_is_named(joint: str, place: Any, wrong: str) -> None:
@@ -178,3 +191,17 @@ def test_a_joint_that_cannot_be_placed_is_named(joint: str, place: Any, wrong: s
     given["joints"][joint] = place
     with pytest.raises((InvalidLinkage, InvalidRequest), match=wrong):
         read_chain(given)
+
+
+@pytest.mark.parametrize("scale", [1e-57, 1e57])
+def test_lengths_of_any_unit_place_the_joints_alike(scale: float) -> None:
+    given, read = deepcopy(JANSEN), read_chain(JANSEN)
+    for joint, place in JANSEN["joints"].items():
+        if isinstance(place, list):
+            given["joints"][joint] = [scale * x for x in place]
+        else:
+            held = {key: scale * value for key, value in place.items() if key not in ("side", "angle")}
+            given["joints"][joint] = {**place, **held}
+    np.testing.assert_allclose(read_chain(given).chain.z, scale * read.chain.z, rtol=1e-12)
+    at, small = (circuit(one)[1].poses(np.linspace(0, 6, 25)[:, None]) for one in (JANSEN, given))
+    np.testing.assert_allclose(small.joint(read.point), scale * at.joint(read.point), rtol=1e-11)

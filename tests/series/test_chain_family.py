@@ -37,6 +37,7 @@ GOOD: dict[str, Any] = {
         ({"source": ""}, "source of the family lambda must be"),
         ({"structure": "ABCD"}, "its structure must be made by Structure.of"),
         ({"point": "X"}, "the guided point 'X' is no joint on a bar"),
+        ({"point": "A"}, "the guided point 'A' is on the frame, which stands still"),
         ({"parameters": ["crank"]}, "its parameters must be of the class Parameter"),
         ({"parameters": [CRANK, CRANK]}, "two parameters have one name"),
         ({"pose": {"A": 0}}, "pose must be a function"),
