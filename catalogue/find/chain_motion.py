@@ -90,7 +90,7 @@ class ChainMotion:
         Raises
         ------
         InvalidRequest
-            If a joint of `between` is unknown.
+            If a joint of `between` is unknown, or named twice.
         """
         structure, z = one.chain.structure, one.chain.z
         at = one.circuit.poses(phases[:, None])
@@ -102,6 +102,8 @@ class ChainMotion:
         pairs = [pair("between", one, "the names of two joints") for one in between]
         if unknown := [name for ends in pairs for name in ends if name not in structure.joints]:
             raise InvalidRequest(f"there is no joint {quoted(unknown[0])}; there are {', '.join(structure.joints)}")
+        if still := [one for one, other in pairs if one == other]:
+            raise InvalidRequest(f"the distance of joint {quoted(still[0])} from itself is zero: name another joint")
         drive = at.drive[:, 0] if structure.is_pushed else np.degrees(at.drive[:, 0])
         return cls(
             drive,
@@ -141,7 +143,8 @@ class ChainMotion:
         rad, turn = (LENGTH, f"1/{LENGTH}") if self.pushed else ("rad", "1")
         first, second = ("1", f"1/{LENGTH}") if self.pushed else (f"{LENGTH}/rad", f"{LENGTH}/rad^2")
         columns: dict[tuple[str, str], Array] = {("drive", LENGTH if self.pushed else "deg"): self.drive}
-        columns |= {(name, "deg"): angle for name, angle in self.angles.items()}
+        taken = ("drive", "transmission")
+        columns |= {(f"bar {name}" if name in taken else name, "deg"): angle for name, angle in self.angles.items()}
         for what, every, declared in (
             ("", self.points, LENGTH),
             ("v", self.velocities, first),

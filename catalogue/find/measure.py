@@ -155,8 +155,9 @@ def measure(
     ----------
     guides : PlacedGuide or OwnChain, or sequence of one kind
     stroke, deviation : float, optional
-        Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both:
-        stretches of the stroke, and the allowance within the deviation [length].
+        Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both, not of
+        mechanisms of many bars: stretches of the stroke, and the allowance within the deviation
+        [length].
     radius : float, optional
         Radius of an arc; the deviation is then the largest distance from the best-fitting arc of
         this radius [length].  The longest stroke within a deviation is found on arcs below a half
@@ -169,7 +170,7 @@ def measure(
         Maximum number of stretches per linkage; 1 searches faster and less thoroughly.
     series : callable, optional
         Returns the series by code, such as ``lambda: cat.registry.series``, to name the nearest
-        one.
+        one; mechanisms of many bars have none.
 
     Returns
     -------
@@ -179,7 +180,8 @@ def measure(
     ------
     InvalidRequest
         If neither stroke nor deviation is given or one is not positive, if stroke, radius and angle
-        contradict one another, or if the linkages have different units.
+        contradict one another, if the linkages have different units, or if an arc of a half circle
+        or an allowance is asked for of a mechanism of many bars.
 
     Examples
     --------
@@ -308,6 +310,11 @@ def _of_chains(every: Sequence[Any], asked: Sought) -> Measured:
     if asked.wide is not None:
         raise InvalidRequest(
             "arcs near a half circle, or beyond, are not measured yet on mechanisms of many bars: ask for less"
+        )
+    if asked.stroke is not None and asked.tolerance is not None:
+        raise InvalidRequest(
+            "the allowance within a deviation is not measured yet on mechanisms of many bars: give the stroke or the "
+            "deviation alone"
         )
     rows, failed = list[ChainStretch](), dict[int, str]()
     for number, one in enumerate(every, 1):

@@ -19,7 +19,7 @@ from ..guidance.circuit_curve import fitted
 from ..kinematics.circuits import OPEN
 from ..kinematics.sampling import Samples, resolved
 from ..kinematics.types import Complexes, Floats
-from ..units import factor, unit_or_none
+from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
@@ -151,14 +151,17 @@ class OwnChain:
         """
         if unit_or_none(unit) is None or unit == self.unit:
             return self
-        times = float(factor(self.unit, str(unit))) if self.unit else 1.0
-        joints = {name: [times * x, times * y] for name, (x, y) in self.joints.items()}
-        lengths = {
-            f.name: times * getattr(self, f.name)
-            for f in fields(self)
-            if f.name in CHAIN and CHAIN[f.name].unit == "length" and isinstance(getattr(self, f.name), float)
-        }
-        return replace(self, joints=joints, unit=unit, **lengths)
+        if self.unit is None:
+            return replace(self, unit=unit)
+        times = factor(self.unit, str(unit))
+        lengths = {name: converted(getattr(self, name), times) for name in self._in_length}
+        return replace(self, unit=unit, **lengths)
+
+    @property
+    def _in_length(self) -> list[str]:
+        """Names of the fields in the unit of length."""
+        driven = ("drive_from", "drive_to") if self.chain.structure.is_pushed else ()
+        return [f.name for f in fields(self) if f.name in driven or (f.name in CHAIN and CHAIN[f.name].unit == LENGTH)]
 
     def samples(self, low: float, high: float) -> Samples:
         """Sample guided point, moving joints and directions of all bars.

@@ -19,6 +19,15 @@ from tests.chains.known import BICYCLE, CHEBYSHEV, JANSEN, PEAUCELLIER
 #: A four-bar as a mechanism of many bars, and as a linkage.
 LENGTHS = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125, "across": 80, "angle": 60}
 
+#: A crank and a slider that drives it.
+PUSHED: dict[str, Any] = {
+    "joints": {"A": [0, 0], "B": [1, 1], "C": [4, 0], "P": [2, 2]},
+    "bars": {"frame": "A", "crank": "AB", "rod": "BCP", "block": "C"},
+    "slides": [{"bar": "frame", "slider": "block", "angle": 0}],
+    "drive": "block",
+    "point": "P",
+}
+
 
 @pytest.fixture(autouse=True)
 def own_file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -152,8 +161,30 @@ def test_units_are_converted() -> None:
     inches = best.in_unit("in")
     assert inches.stroke == pytest.approx(best.stroke / 25.4)
     assert inches.size == pytest.approx(best.size / 25.4)
+    assert inches.start == pytest.approx([x / 25.4 for x in best.start])
+    assert (inches.drive_from, inches.along) == (best.drive_from, best.along)
+    again = mechanism(BICYCLE).in_unit("in").measure(stroke=40 / 25.4)[0]
+    assert inches.start == pytest.approx(again.start, rel=1e-6)
     assert inches.deviation_again() == pytest.approx(inches.deviation, rel=1e-3)
     assert inches.over_window()["min_transmission"] == pytest.approx(best.min_transmission)
+
+
+def test_the_way_of_a_driving_slider_is_converted_as_a_length() -> None:
+    best = mechanism(PUSHED, unit="in").measure(stroke=0.5)[0]
+    here, there = best.in_unit("mm"), mechanism(PUSHED, unit="in").in_unit("mm").measure(stroke=12.7)[0]
+    assert [here.drive_from, here.drive_to] == pytest.approx([25.4 * best.drive_from, 25.4 * best.drive_to])
+    assert [here.drive_from, here.drive_to] == pytest.approx([there.drive_from, there.drive_to], rel=1e-6)
+
+
+def test_a_bar_named_as_a_column_has_one_of_its_own() -> None:
+    names = {"coupler": "transmission", "rocker": "drive"}
+    bars = {names.get(bar, bar): joints for bar, joints in four_bar()[1].bars.items()}
+    chain = replace(four_bar()[1], bars=bars)
+    table, plain = (one.motion(5).to_pandas() for one in (chain, four_bar()[1]))
+    assert table["bar transmission [deg]"].tolist() == plain["coupler [deg]"].tolist()
+    assert table["bar drive [deg]"].tolist() == plain["rocker [deg]"].tolist()
+    for name in ("drive [deg]", "transmission [deg]"):
+        assert table[name].tolist() == plain[name].tolist()
 
 
 def test_it_is_drawn(tmp_path: Path) -> None:
@@ -182,6 +213,10 @@ def test_what_cannot_be_asked_is_refused() -> None:
         mine.measure(radius=30, angle=300)
     with pytest.raises(InvalidRequest, match="say over which stroke"):
         mine.measure()
+    with pytest.raises(InvalidRequest, match="give the stroke or the deviation alone"):
+        mine.measure(stroke=30, deviation=1)
+    with pytest.raises(InvalidRequest, match="the distance of joint 'E' from itself is zero"):
+        mine.motion(5, between=[("E", "E")])
     with pytest.raises(InvalidRequest, match="alone, not together with"):
         measure([mine, guide(LENGTHS)], stroke=10)
     with pytest.raises(InvalidRequest, match="a mechanism of many bars is made by"):
