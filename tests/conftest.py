@@ -40,7 +40,7 @@ from catalogue.folders import folder
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.progress import busy
-from catalogue.search.report import SearchReport
+from catalogue.search.starts import SearchReport
 from catalogue.store import Base
 from catalogue.store.engine import engine_for
 

@@ -37,8 +37,8 @@ from ..problem.path import PathRequest
 from ..problem.problem import SEARCH_TOLERANCE, Problem
 from ..problem.region import FAR, Region
 from ..refine.sqp import Refinement
-from ..search.report import SearchReport
 from ..search.search import Search
+from ..search.starts import SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
 from .names import EMPTY, option

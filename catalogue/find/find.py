@@ -17,8 +17,8 @@ from ..kinematics.types import Array
 from ..problem.constraints import PRESCRIBED, Constraints
 from ..problem.problem import Problem, Request
 from ..refine.certificate import Certificate, Drifts, certified
-from ..search.report import SearchReport
 from ..search.search import Search
+from ..search.starts import SearchReport
 from ..store import Database
 from .explain import Explanation
 from .names import check_names, option

@@ -28,7 +28,7 @@ from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
 from ..refine.subproblem import PivotCoordinates
-from ..search.report import SearchReport
+from ..search.starts import SearchReport
 from ..series.posed import Posed
 from ..series.series import Series
 from .find import Selection

@@ -30,8 +30,7 @@ from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..refine.subproblem import is_raced
 from ..store import Database
-from .report import SearchReport
-from .starts import Starts, is_constrained
+from .starts import SearchReport, Starts, is_constrained
 
 
 @dataclass(frozen=True)

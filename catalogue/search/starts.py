@@ -4,7 +4,9 @@ are unlike each other."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,7 +22,6 @@ from ..problem.problem import Problem
 from ..store import Database
 from . import euler_savary, exact_guides, retrieve, rotating_crank, turning_cranks
 from .draws import allowed
-from .report import SearchReport
 
 #: Stored guides that are measured in a phase.
 STORED = 200
@@ -47,6 +48,30 @@ SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", 
 def is_constrained(problem: Problem) -> bool:
     """Return whether more is asked for than sorts of guides."""
     return any(name not in SORTS for name in problem.constraints.active())
+
+
+@dataclass
+class SearchReport:
+    """Statistics of a search."""
+
+    seconds: dict[str, float] = field(default_factory=dict)  #: wall time of each step, which do not overlap
+    eligible: int = 0  #: stored reaches that are of a family, series, configuration and order asked for
+    measured: int = 0  #: starts that were laid along the path and measured
+    raced: int = 0  #: rounds of single starts in races
+    refined: int = 0  #: programmes that the refinement solved, each for a trial point that it measured
+    solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
+    completed: int = 0  #: there: others, completed along the path
+    #: all that was found, whether it meets the constraints or not
+    nearest: CandidateBatch | None = field(default=None, repr=False)
+
+    @contextmanager
+    def timed(self, step: str) -> Iterator[None]:
+        """Add the wall time of a block to a step."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - start
 
 
 @dataclass

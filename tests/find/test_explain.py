@@ -18,7 +18,7 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.report import SearchReport
+from catalogue.search.starts import SearchReport
 
 Ask = Callable[..., Found]
 LEAD, TAIL = "no guide found; tested remedies: ", "; a smaller change may suffice"

@@ -8,13 +8,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import catalogue
 from catalogue.engines.processes import Processes
+from catalogue.engines.worker import receive, send
 from catalogue.errors import PluginError, WorkerKilled
 from catalogue.plugin.registry import Registry
 from catalogue.populate.block import LIMIT
@@ -170,12 +173,14 @@ def test_a_process_without_threads_makes_blocks() -> None:
         "main()"
     )
     root = str(Path(catalogue.__file__).parents[1])
-    first = pickle.dumps((begin(()), LIMIT, 0))
-    task = first + pickle.dumps((make, ("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"), {}))
+    asked = BytesIO()
+    messages: tuple[Any, ...] = ((begin(()), LIMIT, 0), (make, ("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"), {}))
+    for message in messages:
+        send(asked, pickle.dumps(message))
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=root, input=task, capture_output=True, timeout=120, check=True
+        [sys.executable, "-c", code], cwd=root, input=asked.getvalue(), capture_output=True, timeout=120, check=True
     )
-    is_done, block = pickle.loads(done.stdout)
+    is_done, block = pickle.loads(receive(BytesIO(done.stdout)))
     assert is_done
     assert block.count == 8
 

@@ -18,8 +18,7 @@ from catalogue.refine import race_model
 from catalogue.refine.race import Race
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.subproblem import is_raced, units
-from catalogue.search.report import SearchReport
-from catalogue.search.starts import Starts
+from catalogue.search.starts import SearchReport, Starts
 from tests.refine.starts import problem_of
 
 LINE, ARC, ANY = StraightLine(1, 3e-4), CircularArc(1, 3e-4, 0.9), CircularArc(1, 3e-4)

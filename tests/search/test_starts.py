@@ -18,8 +18,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search import retrieve
-from catalogue.search.report import SearchReport
-from catalogue.search.starts import READS, Starts
+from catalogue.search.starts import READS, SearchReport, Starts
 from catalogue.store import Database
 
 LINE = StraightLine(1, 1e-3)
