@@ -48,7 +48,7 @@ INSTANTS = 9
 CORRECTIONS = 8
 #: Relative error of stroke or deviation at which corrections stop.
 CLOSE = 1e-9
-#: Fraction of the longest possible stroke to suggest instead of an impossible one.
+#: Suggested instead: this part of the longest stroke; the least deviation over this.
 SURELY = 0.98
 #: Relative shortening of a stroke per relative excess of its deviation: half of it, as a deviation
 #: grows at least with the square of the stroke.
@@ -212,7 +212,7 @@ def measure(
     for part, places in best_stretches(found, at, asked):
         rows |= zip(places.tolist(), _rows(part, found, asked, series, unit), strict=True)
     missing = np.setdiff1d(np.arange(len(linkage)), [one.number - 1 for one in rows.values()])
-    failed = {int(i) + 1: _reason(found, at, int(i), asked) for i in missing}
+    failed = _reasons(found, at, missing, asked)
     return Measured([rows[i] for i in sorted(rows)], "" if rows else f"no stretch found: {failed[1]}", failed)
 
 
@@ -324,7 +324,7 @@ def _of_chains(every: Sequence[Any], asked: Sought) -> Measured:
             made |= zip(places.tolist(), _chain_rows(part, one, asked, number), strict=True)
         rows += _distinct([made[i] for i in sorted(made)])
         if not made:
-            failed[number] = _reason(found, at, 0, asked)
+            failed[number] = _reasons(found, at, np.array([0]), asked)[1]
     return Measured(rows, "" if rows else f"no stretch found: {failed[1]}", failed)
 
 
@@ -362,30 +362,43 @@ def _chain_rows(at: Laid, one: OwnChain, asked: Sought, number: int) -> list[Cha
     return made
 
 
-def _reason(found: Carriers, point: Complexes, number: int, asked: Sought) -> str:
-    """Explain why a linkage has no stretch, with a remedy."""
-    its = np.flatnonzero(found.of == number)
-    some, at = found[its], point[its]
-    curved, radius = asked.curved, asked.radius
-    if some.is_immobile.any():
-        return IMMOBILE
-    if asked.wide is not None:
-        return (
-            f"on no circuit does its point run forward along an arc of radius {radius:g} over {asked.wide:g}\u00b0: "
-            "ask for another radius, or for less"
-        )
-    shortest = float(Curves.of(some, at, np.arange(len(some))).shortest.min())
-    if asked.stroke is None:
-        least = straightest(some, at, np.full(len(some), shortest), circle=curved, radius=radius)
-        value = np.nanmin(least.deviation, initial=np.inf)
-        better = f"allow {1.05 * value:.3g}" if value < np.inf else "ask for another kind of path"
-        return f"none longer than {shortest:.3g} keeps within {asked.allowed:g}: {better}"
-    if asked.stroke < shortest:
-        return f"a stroke of {asked.stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
-    forward = longest(some, at, np.full(len(some), np.inf), circle=curved, radius=radius)
-    most = np.max(forward.stroke, initial=0.0)
-    better = f"ask for {SURELY * most:.3g} or less" if most > shortest else "ask for another kind of path"
-    return f"on no circuit does its point run forward over a stroke of {asked.stroke:g}: {better}"
+def _reasons(found: Carriers, point: Complexes, missing: Indices, asked: Sought) -> dict[int, str]:
+    """Explain why linkages have no stretch, by number from 1, with remedies."""
+    some = np.flatnonzero(np.isin(found.of, missing))
+    if not len(some):
+        return {}
+    found, point, curved, radius = found[some], point[some], asked.curved, asked.radius
+    of = np.searchsorted(missing, found.of)
+
+    shortest, allowed = np.full((2, len(missing)), np.inf)
+    most, immobile = np.zeros(len(missing)), np.zeros(len(missing), bool)
+    np.fmin.at(shortest, of, Curves.of(found, point, np.arange(len(some))).shortest)
+    np.logical_or.at(immobile, of, found.is_immobile)
+    if asked.wide is None and asked.stroke is None:
+        at = straightest(found, point, shortest[of], circle=curved, radius=radius)
+        np.fmin.at(allowed, of[at.circuit], at.deviation / SURELY)
+    elif asked.wide is None:
+        at = longest(found, point, np.full(len(some), np.inf), circle=curved, radius=radius)
+        np.fmax.at(most, of[at.circuit], SURELY * at.stroke)
+
+    def reason(i: int) -> str:
+        if immobile[i]:
+            return IMMOBILE
+        if asked.wide is not None:
+            return (
+                f"on no circuit does its point run forward along an arc of radius {radius:g} "
+                f"over {asked.wide:g}\u00b0: ask for another radius, or for less"
+            )
+        another = "ask for another kind of path"
+        if asked.stroke is None:
+            better = f"allow {allowed[i]:.3g}" if allowed[i] < np.inf else another
+            return f"none longer than {shortest[i]:.3g} keeps within {asked.allowed:g}: {better}"
+        if asked.stroke < shortest[i]:
+            return f"a stroke of {asked.stroke:g} is too short to be looked for: ask for {shortest[i]:.3g} or more"
+        better = f"ask for {most[i]:.3g} or less" if most[i] > SURELY * shortest[i] else another
+        return f"on no circuit does its point run forward over a stroke of {asked.stroke:g}: {better}"
+
+    return {int(number) + 1: reason(i) for i, number in enumerate(missing)}
 
 
 @dataclass(frozen=True)
@@ -458,7 +471,8 @@ class Laid(Columns):
     @property
     def stretches(self) -> Stretches:
         none = np.zeros((len(self.circuit), 0), int)
-        return Stretches(self.circuit, self.low, self.high, self.frames.extent, self.deviation, none)
+        extent = self.frames.extent
+        return Stretches(self.circuit, self.low, self.high, extent, extent, self.deviation, none)
 
 
 def _extended(

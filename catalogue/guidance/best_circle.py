@@ -86,18 +86,7 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
                 better = part[lower[part] < least[each[part]]]
                 centre[each[better]], least[each[better]] = other[better], lower[better]
                 stations[:, each[better]] = there[:, better]
-        places = stations.astype(float)
-        for near in POLISHED:  # the extremes lie between the fine points
-            tried = np.clip(places[None] + near[:, None, None], 0, len(fine) - 1).reshape(3 * len(near), n)
-            spoke, off = _between(fine, centre, radius, tried)
-            first = np.repeat(len(tried) // 2 + np.arange(-1, 2)[:, None], n, axis=1)
-            move, level, best = uniform_fit(np.stack([spoke.real, spoke.imag]), off, first)
-            step = move[0] + 1j * move[1]
-            small = np.abs(step) < MAX_POLISH * level  # else the descent ended short, and other places decide
-            centre = centre + np.where(small, step, 0.0)
-            deviation = np.where(small, level, np.abs(off).max(0))
-            places = np.take_along_axis(tried, best, 0)
-        deviation = np.maximum(deviation, np.abs(np.abs(fine - centre) - radius).max(0))
+        centre, deviation = _polished(fine, radius, centre)
         unresolved = np.abs(points.coefficients[-2:] @ z).sum(0)
     return Circles(centre, deviation, unresolved, stations)
 
@@ -134,6 +123,36 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
         if not len(open_):
             break
     return centre, least, stations
+
+
+def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6) -> tuple[Complexes, Floats]:
+    """Move circles to where the largest distances, at peaks between the fine points, are level.
+
+    Returns
+    -------
+    complex ndarray, shape (n,)
+        Centres.
+    ndarray, shape (n,)
+        Largest distances [length].
+    """
+    n = len(centre)
+    off = np.abs(np.abs(fine - centre) - radius)
+    beside = np.pad(off, ((1, 1), (0, 0)))
+    extreme = np.where((off >= beside[:-2]) & (off > beside[2:]), off, 0.0)
+    places = np.argpartition(-extreme, peaks, axis=0)[:peaks].astype(float)
+    moved = centre
+    for near in POLISHED:
+        tried = np.clip(places + near[:, None, None], 0, len(fine) - 1)
+        spoke, off = _between(fine, moved, radius, tried.reshape(peaks * len(near), n))
+        move, _, _ = uniform_fit(np.stack([spoke.real, spoke.imag]), off)
+        step = move[0] + 1j * move[1]
+        # a longer one: the descent ended short, and other places decide
+        step = np.where(np.abs(step) < MAX_POLISH * np.abs(off).max(0), step, 0.0)
+        moved, off = moved + step, np.abs(off - (spoke.conj() * step).real)
+        best = off.reshape(tried.shape).argmax(0)
+        places = tried[best, np.arange(peaks)[:, None], np.arange(n)]
+    level = np.maximum(off.max(0), np.abs(np.abs(fine - moved) - radius).max(0))
+    return moved, level
 
 
 def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:

@@ -81,10 +81,13 @@ class Stretches(Rows):
         Which of the circuits.
     low, high : ndarray
         Phases of the ends [rad].
-    stroke, deviation : ndarray
-        Distance of the ends; half the width of the narrowest strip or annulus, or the largest
-        distance from the best-placed arc of the radius that is given; NaN where the path turns back
-        on the way [length].
+    stroke, chord : ndarray
+        Distance of the ends, or of their projections on the best line; distance of the ends
+        [length].
+    deviation : ndarray
+        Half the width of the narrowest strip or annulus, or the largest distance from the
+        best-placed arc of the radius that is given; NaN where the path turns back on the way
+        [length].
     extremes : ndarray of int
         About where it is farthest from the line or circle, to either side in turn, of the fine
         points of the finer grid, (n, 3 or 4).
@@ -94,6 +97,7 @@ class Stretches(Rows):
     low: Floats
     high: Floats
     stroke: Floats
+    chord: Floats
     deviation: Floats
     extremes: Indices
 
@@ -101,14 +105,7 @@ class Stretches(Rows):
     def none(cls) -> Stretches:
         """Return no window."""
         nothing, whole = np.zeros(0), np.zeros(0, int)
-        return cls(whole, nothing, nothing, nothing, nothing, np.zeros((0, 3), int))
-
-
-@dataclass(frozen=True)
-class Spans(Stretches):
-    """Windows with their strokes along the best line, and their chords, shape (n,) [length]."""
-
-    chord: Floats
+        return cls(whole, nothing, nothing, nothing, nothing, nothing, np.zeros((0, 3), int))
 
 
 @dataclass(frozen=True)
@@ -134,7 +131,13 @@ class Search:
         extremes = reference(4 if self.circle and self.radius is None else 3, 4 * FINER)
         extremes = np.broadcast_to(extremes, (len(shift), len(extremes)))
         return Stretches(
-            cells.circuit, cells.low + shift, cells.high + shift, cells.stroke, PEAK * cells.least, extremes
+            cells.circuit,
+            cells.low + shift,
+            cells.high + shift,
+            cells.stroke,
+            cells.stroke,
+            PEAK * cells.least,
+            extremes,
         )
 
     def places(self, cells: Cells, count: int) -> Stretches:
@@ -175,7 +178,7 @@ class Search:
         They are pushed back from the ends of open circuits.  A stroke is a chord, or a length
         `along` the best line.
         """
-        found = self._over(at, at.stroke, nodes)
+        found = self._over(at, at.chord if along else at.stroke, nodes)
         for _ in range(TILTS * along):
             with np.errstate(all="ignore"):
                 off = np.flatnonzero(np.abs(found.stroke - at.stroke) > CLOSE * at.stroke)
@@ -183,9 +186,9 @@ class Search:
                     break
                 chord = at.stroke[off] / found.stroke[off] * found.chord[off]
             found = put(found, off, self._over(found[off], chord, nodes))
-        return replace(at, low=found.low, high=found.high, deviation=found.deviation, extremes=found.extremes)
+        return replace(found, stroke=at.stroke, chord=np.where(np.isnan(found.deviation), at.stroke, found.chord))
 
-    def _over(self, at: Stretches, chord: Floats, nodes: int) -> Spans:
+    def _over(self, at: Stretches, chord: Floats, nodes: int) -> Stretches:
         """Return windows over chords (n,), with their strokes along the best line."""
         path, open_ = self._path(at), self._open(at)
         with np.errstate(all="ignore"):
@@ -204,7 +207,7 @@ class Search:
         """Return windows between their ends, whatever their strokes, which are those along the best line."""
         return self._between(at, nodes, self._path(at))
 
-    def _between(self, at: Stretches, nodes: int, path: Path) -> Spans:
+    def _between(self, at: Stretches, nodes: int, path: Path) -> Stretches:
         """Return windows on their paths between their ends."""
         open_ = self._open(at)
         low, high = at.low, at.high
@@ -225,7 +228,7 @@ class Search:
             per, v = FINER // nodes, np.where(forward, seen.imag, np.nan)
             fit, index = alternating(seen.real, v, self.circle, points, held, _apart(at.extremes.T // per, 4 * nodes))
             stroke, deviation = half * fit.stroke, half * fit.deviation
-            return Spans(at.circuit, low, high, stroke, deviation, per * index.T, 2 * half)
+            return Stretches(at.circuit, low, high, stroke, 2 * half, deviation, per * index.T)
 
     def _path(self, at: Stretches) -> Path:
         """Return the paths of windows by their phases."""

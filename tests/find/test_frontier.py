@@ -162,9 +162,9 @@ def test_a_window_at_the_limit_of_its_turn_is_moved_not_dropped() -> None:
         low, high = (here.phase + t for t in sorted(found[0]._window))
         seek = Search(Curves.of(here, point, np.zeros(1, int)), False, None, quick=True)
         size = np.array([stroke])
-        row = Stretches(np.zeros(1, int), low, high, size, size, np.array([[0, 64, 128]]))
+        row = Stretches(np.zeros(1, int), low, high, size, size, size, np.array([[0, 64, 128]]))
         beside = [seek.measured(Stretches(
-            row.circuit, low + t * (high - low), high + t * (high - low), size, size, row.extremes
+            row.circuit, low + t * (high - low), high + t * (high - low), size, size, size, row.extremes
         )) for t in (-0.02, 0.02)]  # fmt: skip
         at_limit += any(np.isnan(one.deviation[0]) for one in beside)
     assert at_limit >= 1
@@ -230,6 +230,7 @@ def dense_minima(one: OwnGuide) -> list[float]:
             np.zeros(1500, int),
             low,
             np.interp(low, cells.low, cells.high),
+            ones,
             ones,
             ones,
             np.tile([0, 64, 128], (1500, 1)),
