@@ -251,6 +251,7 @@ class Catalogue:
             special=special,
             refine=switch("refine", refine),
             drawn=drawn,
+            find=self.find,
         )
 
     def specimen(self, name: str, number: int, stroke: float = 1.0) -> CollectionCandidate:

@@ -18,7 +18,7 @@ import numpy as np
 from catalogue.plugin import Parameter, angles, hookimpl
 
 if TYPE_CHECKING:
-    from catalogue.plugin import Collection, Complexes, Parameters
+    from catalogue.plugin import Collection, Complexes, Floats, Parameters
 
 SOURCE = "Roberts 1875; Hartenberg and Denavit 1964, ch. 6"
 
@@ -32,6 +32,20 @@ def pose(p: Parameters) -> dict[str, Complexes | float]:
     k = p["along"] + 1j * p["across"]
     guided = b + k * (c - b)
     return {"A": 0.0, "D": 1.0, "B": b, "C": c, "F": (1 - k) * b, "P": guided, "Q": guided - k, "T": guided - 0.5 * k}
+
+
+def from_four_bars(b: Complexes, c: Complexes, p: Complexes) -> dict[str, Floats]:
+    """Return the parameters of platforms of four-bars on a frame from 0 to 1."""
+    k = (p - b) / (c - b)
+    crank, coupler, rocker = np.abs(b), np.abs(c - b), np.abs(c - 1)
+    return {
+        "crank": crank,
+        "coupler": coupler,
+        "rocker": rocker,
+        "along": k.real,
+        "across": k.imag,
+        "angle": np.angle(b),
+    }
 
 
 @hookimpl
@@ -56,5 +70,6 @@ def catalogue_collections() -> list[Collection]:
             Parameter("angle", angles((0, 360)), "angle of the crank from the frame [rad]"),
         ],
         pose,
+        from_four_bars=from_four_bars,
     )
     return [chain_collection("translating-platforms", "Platforms that do not turn", SOURCE, [family])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -139,7 +140,8 @@ def _find(options: dict[str, Any], *, curved: bool) -> None:
             guides = [one for name in starts for one in references.guides(name, None, lambda: catalogue)]
         with busy("searching"):
             found = catalogue.find(request, starts=guides)
-        print_results(found, print_candidates, output, explain=explain, plot=plot, save=save)
+        level = request.constraints.max_rotation is not None
+        print_results(found, partial(print_candidates, level=level), output, explain=explain, plot=plot, save=save)
 
 
 def whole_request(options: dict[str, Any], *, curved: bool) -> Request:
@@ -171,8 +173,8 @@ def to_keywords(options: dict[str, Any]) -> None:
         options["desires"] = dict(options["desires"])
 
 
-def print_candidates(found: Found) -> None:
-    """Print the answers of a search as a table."""
+def print_candidates(found: Found, *, level: bool = False) -> None:
+    """Print the answers of a search as a table; `level`: for a body that hardly turns."""
     first = found[0]
     radii = [c.radius or 0.0 for c in found]
     same = max(radii) <= 1.004 * min(radii)
@@ -194,5 +196,7 @@ def print_candidates(found: Found) -> None:
             "\nscore 0: one desirability is zero (size, transmission angle, allowance, shortest link, ground or "
             "slider travel); see --desire"
         )
+    if level:
+        caption += "\nplatforms of six bars, which do not turn at all: --collection translating-platforms"
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     print_table(f"Guides for {what}", names, rows, caption, meanings=COLUMNS, spare=SPARE)

@@ -26,6 +26,7 @@ KNOWN = (
     "family",
     "series",
     "special",
+    "max_rotation",
     "rank_by",
     "limit",
     "refine",
@@ -45,12 +46,17 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
     default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
     for name, value in options.items():
         if name not in KNOWN and value != default[name]:
-            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:8])
+            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:9])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
     where = parsed(options["where"])
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
+        if (level := options["max_rotation"]) is not None:
+            if "rotation" not in catalogue.registry.collection(options["collection"]).metrics:
+                raise InvalidRequest(f"--level does not go with {options['collection']}: no rotation is measured there")
+            least, most = where.get("rotation", (None, None))
+            where["rotation"] = least, level if most is None else min(level, most)
         found = catalogue.find_in(
             options["collection"],
             request,

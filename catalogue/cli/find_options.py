@@ -88,7 +88,11 @@ OPTIONS = (
     ),
     angle("--min-drive-angle", "DEG", "Minimum rotation of the driving crank over the stroke."),
     angle("--max-drive-angle", "DEG", "Maximum rotation of the driving crank over the stroke."),
-    angle("--max-rotation", "DEG", "Maximum rotation of the coupler over the stroke."),
+    angle(
+        "--level --max-rotation max_rotation",
+        "DEG",
+        "Maximum rotation of the guided body over the stroke: small where it is to stay level.",
+    ),
     number("--min-uniformity", "X", "Minimum ratio of lowest to highest speed along the path at constant crank speed."),
     number("--min-advantage", "X", "Minimum mechanical advantage: force along the path over force at the crank pin."),
     length(

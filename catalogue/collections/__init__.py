@@ -1,5 +1,5 @@
-"""Collections: mechanisms of another kind than linkages, which a plugin brings, and what is asked of them.
+"""Collections: kinds of mechanisms other than linkages of two dyads, each from a plugin.
 
-`spec` is the author's guide and the types of a plugin, `bounds` what a request demands, `results` what an answer is;
-`find.specimens` searches.  Import from the modules; they import `problem`, `store` and what lies below.
+`spec` is the author's guide and the types of a plugin, `bounds` checks requests, `results` holds
+answers; `find.specimens` searches.
 """

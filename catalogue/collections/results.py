@@ -14,7 +14,7 @@ from .spec import COLUMNS, Collection, Parameters
 
 @dataclass(frozen=True, eq=False)
 class CollectionCandidate:
-    """A verified mechanism of a collection, laid so that its path begins at the origin and ends on +x at the stroke.
+    """A verified mechanism of a collection, with its path from the origin along +x.
 
     Attributes
     ----------
@@ -24,7 +24,7 @@ class CollectionCandidate:
     special : tuple of str
         Well-known cases that it is one of.
     stroke, deviation : float
-        Deviation from the line or circle, measured on the finite motion over the stroke, in the user's unit.
+        Deviation from the line or circle on the finite motion over the stroke [length].
     radius : float or None
         Of the circle; None for a straight line.
     metrics : dict
@@ -49,14 +49,14 @@ class CollectionCandidate:
     unit: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the candidate as plain Python numbers, lists and strings, a column for each metric."""
+        """Convert to plain numbers, lists and strings, a column for each metric."""
         own = {name: getattr(self, name) for name in COLUMNS}
         own |= {"collection": self.collection.name, "special": list(self.special)}
         parameters = own.pop("parameters")
         return {**own, **self.metrics, "parameters": dict(parameters)}
 
     def plot(self, file: str | Path | None = None) -> Any:
-        """Draw it, to a PNG, SVG or PDF by the suffix of the file if there is one, and return the figure."""
+        """Draw the mechanism, into a PNG, SVG or PDF file if given, and return the figure."""
         lent = replace(self, metrics=dict(self.metrics), parameters=deepcopy(self.parameters))
         try:
             with foreign(f"collection {self.collection.name}"):

@@ -1,14 +1,16 @@
-"""What a collection is: mechanisms of another kind than linkages, that guide points all the same.
+"""What a collection is: a kind of mechanisms other than linkages of two dyads, that guides points.
 
 How to write a plugin that adds a collection:
 
-1. Write `draw(family, rng, count)`: draw `count` mechanisms of a family and return a `Specimen` for each thing they
-   guide.  Parameters are plain numbers, texts, lists and dicts, in units of their own.
-2. Write `measure(parameters, request)`: for each of several such parameters lay the mechanism along the path that is
-   asked for, follow its finite motion, and return what was `Measured` there.
-3. Write `classify(parameters)` and `plot(candidate, file)`; if you can, `refine(parameters, request)`.
-4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body imports what it needs:
-   the hook is called only when a collection is asked for.
+1. Write `draw(family, rng, count)`: draw `count` mechanisms of a family and return a `Specimen`
+   for each thing they guide.  Parameters are plain numbers, texts, lists and dicts, in units of
+   their own.
+2. Write `measure(parameters, request)`: place each mechanism along the requested path, follow its
+   finite motion, and return what was `Measured` there.
+3. Write `classify(parameters)` and `plot(candidate, file)`; if you can, `refine(parameters,
+   request)`, and `starts(pivots, point, request)` of mechanisms made of four-bars.
+4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body
+   imports what it needs: the hook is called only when a collection is asked for.
 5. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
 
 Drawing in blocks, storing, bounding, ranking, verifying and printing belong to the core.
@@ -28,6 +30,7 @@ import numpy as np
 
 from ..errors import PluginError, quoted
 from ..foreign_code import checked_name, checked_text
+from ..kinematics.types import Complexes, Floats
 
 if TYPE_CHECKING:
     from ..problem.path import PathRequest
@@ -36,13 +39,13 @@ if TYPE_CHECKING:
 #: JSON objects that say all of a mechanism.
 Parameters = Mapping[str, Any]
 
-#: The unit of a metric that is a length: stored as a multiple of the stroke, answered in the user's unit.
+#: Unit of a metric that is a length: stored in strokes, answered in the user's unit.
 LENGTH = "length"
 #: Columns of every answer, which no metric may be called.
 COLUMNS = (
-    "id", "collection", "family", "series", "configuration", "special", "stroke", "deviation", "radius", "unit",
-    "parameters",
-)  # fmt: skip
+    *("id", "collection", "family", "series", "configuration", "special"),
+    *("stroke", "deviation", "radius", "unit", "parameters"),
+)
 #: Kinds of nominal that can be asked for: a request says its own.
 KINDS = ("line", "circle")
 
@@ -114,13 +117,13 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Measured:
-    """What a mechanism does over the stroke that was asked for, on its finite motion.
+    """Measures of a mechanism on its finite motion over the requested stroke.
 
     Parameters
     ----------
     deviation : float
-        In the user's unit; NaN if it cannot be laid there.  Of an arc whose radius is given the largest distance from
-        the best-placed arc of exactly that radius.
+        NaN if it cannot be placed there.  Of an arc whose radius is given the largest distance from
+        the best-placed arc of exactly that radius [length].
     radius : float or None
         Of the arc that the deviation is from: the one given, else the best; None for a line.
     metrics : mapping
@@ -156,6 +159,7 @@ class Tags:
 Draw = Callable[[str, np.random.Generator, int], Sequence[Specimen]]
 Measure = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Measured]]
 Classify = Callable[[Parameters], Tags]
+Starts = Callable[[Floats, Complexes, "PathRequest"], Sequence[Parameters]]
 Refine = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Parameters]]
 Plot = Callable[["CollectionCandidate", Path | None], Any]
 
@@ -175,17 +179,21 @@ class Collection:
     families : mapping of str to sequence of str
         The series of each family.
     metrics : mapping of str to Metric
-        A metric ``sweep`` is the stroke over the radius: by it a request for a given radius is narrowed.
+        A metric ``sweep`` is the stroke over the radius; it narrows requests for a given radius.
     draw, measure, classify, plot
         See the head of the module.
     origin : str
         File or package it comes from, as the registry notes it.
     special : mapping of str to sequence of str
-        Names that `classify` gives to well-known cases, each with the configurations that such a mechanism may have,
-        ``*`` standing for anything: by them those that cannot be are left out before any is classified.
+        Names that `classify` gives to well-known cases, each with the configurations that they may
+        have, ``*`` for any text: others are left out before any is classified.
     refine : callable, optional
-        Of parameters as laid and a request, in the order given: parameters of mechanisms near them that keep closer to
-        the nominal.  They are measured and checked anew; without it answers are those that are stored.
+        From parameters as placed, and a request, to those of mechanisms near them with smaller
+        deviations, in the same order.  They are measured and checked anew.
+    starts : callable, optional
+        From four-bars that answer a request, and the request, to parameters of mechanisms made of
+        them: pivots (n, 2, 2, 3), for each crank the fixed and the moving one at mid-stroke, and
+        guided points (n,), complex.
 
     Raises
     ------
@@ -206,6 +214,7 @@ class Collection:
     origin: str = ""
     special: Mapping[str, Sequence[str]] = field(default_factory=dict)
     refine: Refine | None = None
+    starts: Starts | None = None
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -227,8 +236,9 @@ class Collection:
         for name in ("draw", "measure", "classify", "plot"):
             if not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
-        if self.refine is not None and not callable(self.refine):
-            raise PluginError(f"{what}: refine must be a function")
+        for name in ("refine", "starts"):
+            if getattr(self, name) is not None and not callable(getattr(self, name)):
+                raise PluginError(f"{what}: {name} must be a function")
 
     @property
     def series(self) -> list[str]:
@@ -236,7 +246,7 @@ class Collection:
         return list(dict.fromkeys(code for series in self.families.values() for code in series))
 
     def measures(self, one: Measured) -> None:
-        """Check that what was measured has all metrics, as numbers, or a reason.
+        """Check that a measurement has all metrics, as numbers, or a reason.
 
         Raises
         ------
@@ -255,7 +265,7 @@ class Collection:
         json.dumps(dict(one.parameters), allow_nan=False)
 
     def owns(self, specimen: Specimen) -> None:
-        """Check that a specimen has the tags and the metrics that are declared.
+        """Check that a specimen has the declared tags and metrics.
 
         Raises
         ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any
 
+import numpy as np
 from sqlalchemy import ColumnElement, Float, and_, case, func, or_, select, true
 
 from ..collections.bounds import Bound, bounds
@@ -24,7 +26,7 @@ from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
-from .results import Results
+from .results import Found, Results
 
 #: Specimens to verify at once.
 BATCH = 32
@@ -63,10 +65,12 @@ def find_in(
     special: Sequence[str],
     refine: bool,
     drawn: Callable[[], None],
+    find: Callable[..., Found],
 ) -> CollectionResults:
     """Search a collection; see `catalogue.Catalogue.find_in`.
 
-    `drawn` is called once the request is valid, before the store is read.
+    `drawn` is called once the request is valid, before the store is read; `find` finds the
+    four-bars that some collections are made of.
     """
     limit, clock = whole("limit", limit, 1), time.perf_counter()
     criteria = ["deviation", *collection.metrics]
@@ -94,9 +98,9 @@ def find_in(
     def key(c: CollectionCandidate) -> float:
         return c.deviation if rank_by == "deviation" else c.metrics[rank_by]
 
-    found = sorted(
-        search.run(limit, _stored(rank_by).desc() if more else _stored(rank_by).asc()), key=key, reverse=more
-    )[:limit]
+    order = _stored(rank_by).desc() if more else _stored(rank_by).asc()
+    found = [*search.run(limit, order), *search.made(find, limit)]
+    found = sorted(found, key=key, reverse=more)[:limit]
     if refine and collection.refine is not None and found:
         pairs = zip(found, search.refined(found), strict=True)
         better = [n if n is not None and (key(n) >= key(c) if more else key(n) <= key(c)) else c for c, n in pairs]
@@ -253,6 +257,7 @@ class _Search:
     not_special: int = 0  #: number of specimens that are none of these
     verified: int = 0
     shown: int = 0
+    from_guides: int = 0  #: number of those verified that were made of planar guides
     moved: int = 0  #: number of refined answers
     removed: Counter[str] = field(default_factory=Counter)  #: number of measured specimens that failed each test
     nearest: dict[str, float] = field(default_factory=dict)  #: best value among these, by test
@@ -283,6 +288,30 @@ class _Search:
                     yield self.candidate(number, one)
             if not stored or found >= limit:
                 return
+
+    def made(self, find: Callable[..., Found], limit: int) -> Iterator[CollectionCandidate]:
+        """Yield answers made of planar guides, if the collection is made of such."""
+        if self.collection.starts is None or self.special:
+            return
+        size = min([b.high for b in self.bounds if b.name == "size"], default=math.inf)
+        transmission = max([b.low for b in self.bounds if b.name == "min_transmission"], default=0.0)
+        bounds = {"max_size": size} if size < math.inf else {}  # a part is no larger, nor better driven than the whole
+        guides = find(
+            self.request,
+            families=["four-bar"],
+            limit=limit,
+            cognates=True,
+            min_transmission=max(transmission, 0.0),
+            **bounds,
+        )
+        pivots = np.array([one.pivots for one in guides]).reshape(-1, 2, 2, 3)
+        point = np.array([complex(*one.guided) for one in guides], complex)
+        with asked(self.collection, "made of four-bars"):
+            stored = list(self.collection.starts(pivots, point, self.request))
+        for one in self.measured(stored):
+            self.from_guides += 1
+            if self.serves(one):
+                yield self.candidate(0, one)
 
     def is_special(self, parameters: Any) -> bool:
         """Tell whether a specimen is one of the requested special cases; count the others."""

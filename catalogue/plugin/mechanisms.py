@@ -93,7 +93,16 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
     special = {case: ("*",) for one in families for case in one.special}
     functions = made.draw, made.measure, made.classify, made.plot
     return Collection(
-        name, title, source, DRAWS.plan, declared, METRICS, *functions, special=special, refine=made.refine
+        name,
+        title,
+        source,
+        DRAWS.plan,
+        declared,
+        METRICS,
+        *functions,
+        special=special,
+        refine=made.refine,
+        starts=made.starts if any(one.from_four_bars for one in families) else None,
     )
 
 
@@ -123,6 +132,38 @@ class _Made:
                 values = [{name: float(column[rows[i]]) for name, column in p.items()} for i in which.tolist()]
                 laid = _Laid.of(one, found[which], low, high, circle, None, np.ones(len(good)))
                 made += laid.specimens(values)
+        return made
+
+    def starts(self, pivots: Floats, point: Complexes, request: PathRequest) -> list[Mapping[str, Any]]:
+        """Make mechanisms of four-bars, each of which may have either crank as its own."""
+        z = pivots[..., 0] + 1j * pivots[..., 1]
+        z, point = np.concatenate([z, z[:, ::-1]]), np.tile(point, 2)
+        frame = z[:, 1, 0] - z[:, 0, 0]
+        b, c, p = ((at - z[:, 0, 0]) / frame for at in (z[:, 0, 1], z[:, 1, 1], point))
+        right = ((c - b) * (1 - b).conj()).imag < 0
+        b, c, p = (np.where(right, at.conj(), at) for at in (b, c, p))
+        made: list[Mapping[str, Any]] = []
+        for one in self.families.values():
+            if one.from_four_bars is None:
+                continue
+            values = {name: np.asarray(column, float) for name, column in one.from_four_bars(b, c, p).items()}
+            joints, along = one.placed(values)
+            chain, valid = Chain.valid(one.structure, np.abs(frame) * joints, along)
+            found, kept = followed_circuits(chain, one.bar)
+            rows, circle = np.flatnonzero(valid)[kept], request.kind == "circle"
+            stroke = np.full(len(rows), float(request.stroke))
+            at = straightest(
+                found,
+                found.chain.z[one.guided],
+                stroke,
+                circle=circle,
+                radius=request.radius if circle else None,
+                count=1,
+            )
+            laid = _Laid.of(one, found[at.circuit], at.low, at.high, circle, None, np.ones(len(at.low)))
+            for i in laid.good.tolist():
+                row = rows[at.circuit[i]]
+                made.append(laid.parameters(i, {name: float(column[row]) for name, column in values.items()}))
         return made
 
     def refine(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Mapping[str, Any]]:

@@ -9,9 +9,11 @@ How to write a plugin that adds families:
    two distances, as in a table of lengths.
 3. If there are slides, write `directions(p)`, a complex vector along each.
 4. If some are well known, name them in `special`, each with a test of its parameters.
-5. Put it all in a `ChainFamily`, some of these in `chain_collection`, and return that from the hook
+5. If it is made of four-bars, write `from_four_bars(b, c, p)`, the parameters of mechanisms made of
+   four-bars on fixed pivots 0 and 1: requests are answered from the planar guides, too.
+6. Put it all in a `ChainFamily`, some of these in `chain_collection`, and return that from the hook
    ``catalogue_collections``.
-6. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
+7. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
 
 Drawing samples, following circuits, finding and measuring stretches, storing, bounding, ranking,
 refining and drawing belong to the core.
@@ -65,6 +67,11 @@ class ChainFamily:
         Whether the point runs exactly along a line or circle.
     special : mapping of str to callable
         Names of well-known cases, each with a test of the parameters of one mechanism.
+    from_four_bars : callable, optional
+        From four-bars (n,) to parameters by name: crank pin, rocker pin, left of the way from the
+        crank pin to the fixed pivot of the rocker, and guided point, complex, with the fixed pivots
+        of crank and rocker in 0 and 1.  The mechanism has the scale of the four-bar, and guides as
+        it does.
 
     Raises
     ------
@@ -82,6 +89,7 @@ class ChainFamily:
     directions: Callable[[Columns], Sequence[Any]] = no_directions
     exact: bool = False
     special: Mapping[str, Callable[[Mapping[str, float]], bool]] = field(default_factory=dict)
+    from_four_bars: Callable[[Complexes, Complexes, Complexes], Columns] | None = None
 
     def __post_init__(self) -> None:
         checked_name("a family of mechanisms", self.name)
@@ -100,6 +108,8 @@ class ChainFamily:
         if len({*names}) < len(names):
             raise PluginError(f"{what}: two parameters have one name")
         functions = {"pose": self.pose, "directions": self.directions, **self.special}
+        if self.from_four_bars is not None:
+            functions["from_four_bars"] = self.from_four_bars
         for name, function in functions.items():
             checked_text(f"name of a case of the {what}", name)
             if not callable(function):

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catalogue import Catalogue
 from catalogue.collections.spec import Collection, Specimen
+from catalogue.find.specimens import find_in
 from catalogue.plugin.registry import Registry
 from catalogue.problem.path import CircularArc, PathRequest, StraightLine
 from catalogue.testing import CollectionContract
@@ -56,6 +58,44 @@ def test_platforms_of_cognates_do_not_turn() -> None:
     some = drawn(TestTranslatingPlatforms.collection, "cognate-platform")
     assert len(some) > 10
     assert max(one.metrics["rotation"] for one in some) < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("request_", [StraightLine(150, 0.05), CircularArc(150, 0.05, 400)], ids=["line", "arc"])
+def test_platforms_of_planar_guides_are_as_straight_and_small(small: Catalogue, request_: PathRequest) -> None:
+    """Of random ones the smallest is over eight strokes long."""
+    guides = small.find(request_, families=["four-bar"], limit=8, min_transmission=30)
+    pivots = np.array([one.pivots for one in guides])
+    point = np.array([complex(*one.guided) for one in guides])
+    collection = TestTranslatingPlatforms.collection
+    assert collection.starts is not None
+    made = collection.starts(pivots, point, request_)
+    measured = collection.measure(made, request_)
+    assert len(guides) <= len(made) <= 2 * len(guides)
+    for one, parameters in zip(measured, made, strict=True):
+        joints = {name: complex(*at) for name, at in parameters["joints"].items()}
+        k = complex(parameters["values"]["along"], parameters["values"]["across"])
+        assert abs(joints["P"] - joints["Q"]) == pytest.approx(abs(k * (joints["A"] - joints["D"])))
+        assert one.metrics["rotation"] < 1e-9
+    for guide in guides:  # the platform moves as the guided point does, maybe over a better stretch
+        lengths = abs(np.diff([[complex(*at[:2]) for at in crank] for crank in guide.pivots])[:, 0])
+        ground = abs(complex(*guide.pivots[0][0][:2]) - complex(*guide.pivots[1][0][:2]))
+        its = [
+            one.deviation
+            for one, parameters in zip(measured, made, strict=True)
+            for crank, rocker in (lengths / ground, lengths[::-1] / ground)
+            if parameters["values"]["crank"] == pytest.approx(crank)
+            and parameters["values"]["rocker"] == pytest.approx(rocker)
+        ]
+        assert 1 <= len(its) <= 2
+        assert max(its) <= 1.001 * guide.deviation + 1e-9
+    found = find_in(
+        small.database, collection, request_, limit=12, rank_by="size", families=(), series=(),
+        where={"min_transmission": (30, None)}, special=(), refine=False, drawn=lambda: None, find=small.find,
+    )  # fmt: skip
+    assert found[0].metrics["size"] < 2.2 * 150
+    assert found[0].metrics["min_transmission"] >= 30
+    assert [one.metrics["size"] for one in found] == sorted(one.metrics["size"] for one in found)
 
 
 def test_six_bars_are_laid_along_the_path() -> None:
