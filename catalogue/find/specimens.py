@@ -22,6 +22,7 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
+from ..problem.criteria import ANSWERS
 from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
@@ -299,7 +300,7 @@ class _Search:
         guides = find(
             self.request,
             families=["four-bar"],
-            limit=limit,
+            limit=max(limit, ANSWERS),
             cognates=True,
             min_transmission=max(transmission, 0.0),
             **bounds,
