@@ -12,8 +12,11 @@ from catalogue import __version__
 
 TOP_LEVEL = {
     "CHANGELOG.md",
+    "CITATION.cff",
+    "CONTRIBUTING.md",
     "LICENSE",
     "README.md",
+    "SECURITY.md",
     "catalogue",
     "data",
     "migrations",
@@ -66,10 +69,23 @@ def test_readme_marks_its_command(root: Path, marker: str, last: str) -> None:
     assert blocks[0].endswith(f" && {last}")
 
 
-def test_changelog_begins_with_this_version(root: Path) -> None:
-    newest = re.search(r"^## \[([^\]]+)\]", (root / "CHANGELOG.md").read_text("utf-8"), re.M)
-    assert newest is not None
-    assert newest[1] == __version__
+def test_changelog_and_citation_name_this_version_and_its_day(root: Path) -> None:
+    headings = re.findall(r"^## \[([^\]]+)\](.*)", (root / "CHANGELOG.md").read_text("utf-8"), re.M)
+    number, day = next(heading for heading in headings if heading[0] != "Unreleased")
+    assert number == __version__
+    assert re.fullmatch(r" - \d{4}-\d\d-\d\d", day)
+    citation = (root / "CITATION.cff").read_text("utf-8")
+    assert f"\nversion: {number}\n" in citation
+    assert f"\ndate-released: {day.removeprefix(' - ')}\n" in citation
+
+
+def test_the_change_of_the_first_hour_is_one_line_of_the_code(root: Path) -> None:
+    """A newcomer tries it as it stands in CONTRIBUTING.md."""
+    text = (root / "CONTRIBUTING.md").read_text("utf-8")
+    (old,) = re.findall(r"^   -( .*)$", text, re.M)
+    assert (root / "catalogue" / "guidance" / "metrics.py").read_text("utf-8").count(f"{old}\n") == 1
+    for path in re.findall(r"`((?:catalogue|tests)/[\w./-]*)`|\]\(([\w./-]+)\)", text):
+        assert (root / "".join(path)).exists(), path
 
 
 def test_top_level_holds_only_the_agreed_entries(project_files: list[PurePosixPath]) -> None:
