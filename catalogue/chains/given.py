@@ -15,6 +15,8 @@ slides     [{"bar": "frame", "slider": "ram", "angle": 90}, ...], angle of the s
 gears      [{"wheels": ["sun", "planet"], "carrier": "arm", "ratio": -2}, ...]; see `Gear`
 parallel   [["frame", "platform"], ...]: bars kept parallel
 name, unit of the chain; of its lengths: mm, cm, m, in or ft
+lengths    as `export` writes them: must agree with the joints; its limits, measured and provenance
+           are not read
 =========  =====================================================================================
 """
 
@@ -31,10 +33,13 @@ from ..kinematics.linkage import COINCIDENT
 from ..kinematics.motion import CHANGE
 from ..units import unit_or_none
 from .chain import LIMITS, Chain
+from .lengths import spans
 from .structure import Structure
 
 #: Words of a position that are no names of joints.
 _HOW = ("angle", "side", "from", "to", "along", "across")
+#: Notes of an export.
+NOTES = ("limits", "measured", "provenance")
 _SIDES = {"left": 1, "right": -1}
 
 
@@ -73,8 +78,8 @@ def read_chain(given: Mapping[str, Any]) -> GivenChain:
     >>> found.chain.z[found.point, 0].round(3).item()
     (4+4j)
     """
-    wrong = given.keys() - {"joints", "bars", "drive", "point", "slides", "gears", "parallel", "name", "unit"}
-    if wrong:
+    known = {"joints", "bars", "drive", "point", "slides", "gears", "parallel", "name", "unit", "lengths"}
+    if wrong := given.keys() - known - {*NOTES}:
         raise InvalidLinkage(f"a chain has no {quoted(min(wrong))}")
     if missing := [name for name in ("joints", "bars", "drive", "point") if name not in given]:
         raise InvalidLinkage(f"a chain needs {quoted(missing[0])}")
@@ -107,12 +112,27 @@ def read_chain(given: Mapping[str, Any]) -> GivenChain:
             f"the guided point {quoted(point)} is on the frame, which stands still: name a joint on moving bars alone"
         )
     name = given.get("name")
+    chain = Chain.of(structure, places, [_direction(one, places) for one in slides])
+    _check_lengths(chain, _mapping("lengths", given["lengths"]) if given.get("lengths") else {})
     return GivenChain(
-        Chain.of(structure, places, [_direction(one, places) for one in slides]),
+        chain,
         guided,
         "" if name is None else text("name", name),
         unit_or_none(given.get("unit")),
     )
+
+
+def _check_lengths(chain: Chain, told: Mapping[str, Any]) -> None:
+    """Refuse lengths that disagree with the joints, as in a changed file."""
+    known, size = spans(chain), float(chain.size[0])
+    for name, value in told.items():
+        start, end = known.get(name, (0j, 0j))
+        if name not in known or abs(number(name, value) - abs(end - start)) > CHANGE * size:
+            has = f"they are {abs(end - start):.9g} apart" if name in known else "no bar has it"
+            raise InvalidLinkage(
+                f"`lengths` says {quoted(name)} is {quoted(value)}, but {has} by `joints`: change these, or leave "
+                "out `lengths`"
+            )
 
 
 def _mapping(name: str, given: Any) -> Mapping[str, Any]:

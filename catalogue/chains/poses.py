@@ -93,6 +93,13 @@ class Poses:
         """Return the positions of a joint, shape (m, n)."""
         return self.point(min(self.chain.structure.on[joint]), self.chain.z[joint])
 
+    def way(self, slide: int) -> Floats:
+        """Return how far a slider has run from the reference pose, shape (m, n) [length]."""
+        structure = self.chain.structure
+        rail, slider = (structure.number(name) for name in structure.slides[slide].ends)
+        start = self.point(rail, self.origin[slider])
+        return np.asarray(dot(self.at[slider] - start, self.turn[rail] * self.chain.u[slide]))
+
 
 def poses(chain: Chain, drive: Floats, branch: Array, known: Floats | None = None) -> Poses:
     """Compute the poses of chains.

@@ -62,6 +62,11 @@ class Slide:
     first: str
     second: str
 
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Names of both bars."""
+        return self.first, self.second
+
 
 @dataclass(frozen=True)
 class Gear:

@@ -33,7 +33,7 @@ OF_GUIDE = [
     length(
         "--bar-width",
         "W",
-        "Width of the parts (dxf, freecad, step, parameters).",
+        "Width of the parts (dxf, svg, freecad, step, parameters).",
         show_default="a round one, from the size",
     ),
     length("--hole", "D", "Diameter of the holes, without tool compensation.", show_default="at most half the width"),
@@ -92,16 +92,18 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     """Write a guide for CAD and other programs; without CODE, the whole database as a table.
 
     dxf: the linkage as a block per link, path and dimensions; its parts to cut on a separate layer.
+    svg: linkage, path and parts in true size. Mechanisms of many bars have all formats but
+    pylinkage, in the pose of their file.
     step: the parts as solids in place. freecad: a macro that builds them, with a spreadsheet of
     parameters. solidworks, fusion: named parameters to import. pylinkage: a script that moves the
     guide and asserts its deviation. json: the guide with lengths, limits and provenance, for
     `measure`, `improve`, `trace`, `show`. csv, xlsx, parquet: the motion.
 
     Lengths are in the unit of the guide, or converted to --unit. An unknown unit is taken as
-    millimetres, with a warning, by dxf, step, freecad, solidworks and fusion; the other formats
-    name none.
+    millimetres, with a warning, by dxf, svg, step, freecad, solidworks and fusion; the others name
+    none.
 
-    The suffix of --out selects the format: .dxf, .step, .FCMacro, .txt (solidworks), .py
+    The suffix of --out selects the format: .dxf, .svg, .step, .FCMacro, .txt (solidworks), .py
     (pylinkage), .json, .csv, .xlsx, .parquet.
 
     Slots are as long as the travel of their sliding blocks over the stroke. A guide by a slot
@@ -141,9 +143,9 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     options["columns"] = [name for text in options["columns"] for name in text.split(",")]
     how = {name: value for name, value in options.items() if value is not None} | {"unit": unit()}
     Options(**how)
-    every = resolve(reference, point, db, plugins, stroke)
+    every = resolve(reference, point, db, plugins, stroke, chains=True)
     if len(every) != 1:
-        raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be exported at a time")
+        raise InvalidRequest(f"{reference} holds {len(every)} mechanisms: one can be exported at a time")
     made = every[0].export(out, kind, **how)
     keep(every[0])
     if out is None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -157,20 +156,16 @@ def describe(guide: PlacedGuide) -> None:
 
 def describe_chain(one: OwnChain) -> None:
     """Print bars, drive and range of a mechanism of many bars."""
-    from ..kinematics.circuits import TURN
-
-    structure, found = one.chain.structure, one.circuit
+    structure = one.chain.structure
     tell(f"{one.name or 'mechanism'}: {len(structure.bars)} bars, {one.drive} drives, {one.point} is guided")
-    if found.kind[0] == TURN:
+    if one.drive_range is None:
         tell(f"{one.drive} turns fully")
         return
-    legs = found.leg_count[0]
-    low, high = float(found.low[:legs].min()), float(found.high[:legs].max())
-    low, high = min(low, float(found.high[:legs].min())), max(high, float(found.low[:legs].max()))
+    low, high = one.drive_range
     if structure.is_pushed:
         tell(f"{one.drive} runs from {with_unit(f'{low:.6g}')} to {with_unit(f'{high:.6g}')}, from its given pose")
     else:
-        tell(f"{one.drive} swings from {degrees(low):.2f}\u00b0 to {degrees(high):.2f}\u00b0, from its given pose")
+        tell(f"{one.drive} swings from {low:.2f}\u00b0 to {high:.2f}\u00b0, from its given pose")
 
 
 def _table(found: Measured, *, many: bool) -> None:

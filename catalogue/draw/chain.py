@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..chains.circuits import ChainCircuits
+from ..chains.lengths import pitch_circles
 from ..chains.poses import Poses
-from ..chains.structure import Gear, Structure
+from ..chains.structure import Structure
 from ..kinematics.types import Complexes, Floats
 from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH, SANS, SERIF, blank, kind_of, literal, write
 from .symbols import Pen
@@ -92,7 +93,7 @@ def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
     z = found.poses(one.path[:, None]).joint(one.point)[:, 0]
     at = found.poses(np.append(one.middle, ghosts)[:, None])
     shown = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
-    wheels = [circle for gear in structure.gears for circle in pitch_circles(one, gear, shown[:, 0])]
+    wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, shown[:, 0])]
     rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
     every = np.concatenate([z, shown.ravel(), rims])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
@@ -159,8 +160,8 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
     structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
     step = max(1, len(one.path) // PAGE.positions)
-    run = [_way(one.circuit.poses(one.path[::step, None]), number)]
-    start = complex(shown.at[slider, 0, 0]) - along * _way(shown, number)[0]
+    run = [one.circuit.poses(one.path[::step, None]).way(number)[:, 0]]
+    start = complex(shown.at[slider, 0, 0]) - along * float(shown.way(number)[0, 0])
     if rail != structure.frame:
         held = [j for j, bars in enumerate(structure.on) if rail in bars]
         run.append(np.array([((shown.joint(j)[0, 0] - start) / along).real for j in held]))
@@ -170,14 +171,6 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
         pen.hatched(complex(ends[0]), complex(ends[1]), -1j * along, f"rail-{number}")
     else:
         pen.line(ends, f"rail-{number}", color=CRANK, linewidth=1.3, zorder=3.5)
-
-
-def _way(at: Poses, number: int) -> Floats:
-    """Return how far a slider has run from the given pose, (m,)."""
-    structure, slide = at.chain.structure, at.chain.structure.slides[number]
-    rail, slider = structure.number(slide.first), structure.number(slide.second)
-    start = at.point(rail, at.origin[slider])
-    return np.asarray(((at.at[slider] - start) * (at.turn[rail] * at.chain.u[number]).conj()).real[:, 0])
 
 
 def _joints(pen: Pen, one: ChainPicture, z: Complexes) -> None:
@@ -199,23 +192,7 @@ def _wheels(pen: Pen, one: ChainPicture, z: Complexes) -> None:
     """Draw the pitch circles of gears."""
     structure = one.structure
     for number, gear in enumerate(structure.gears):
-        for name, centre, radius in pitch_circles(one, gear, z):
+        for name, centre, radius in pitch_circles(structure, gear, z):
             circle = centre + radius * np.exp(2j * np.pi * np.arange(181) / 180)
             style: Any = {"color": CRANK, "linewidth": 1.0, "linestyle": (0, (6, 2, 1, 2)), "zorder": 2}
             pen.line(circle, f"wheel-{number}-{name}", **style)
-
-
-def pitch_circles(one: ChainPicture, gear: Gear, z: Complexes) -> list[tuple[str, complex, float]]:
-    """Return name, centre and radius of both pitch circles of a gear."""
-    structure = one.structure
-    carrier, centres = structure.number(gear.carrier), []
-    if gear.ratio == 1:
-        return []
-    for name in (gear.first, gear.second):
-        wheel = structure.number(name)
-        centres.append([complex(z[j]) for j, bars in enumerate(structure.on) if {wheel, carrier} <= bars])
-    if not all(centres):
-        return []
-    apart = abs(centres[1][0] - centres[0][0])
-    second = apart / abs(gear.ratio - 1) if gear.ratio > 0 else apart / (1 - gear.ratio)
-    return [(gear.first, centres[0][0], abs(gear.ratio) * second), (gear.second, centres[1][0], second)]

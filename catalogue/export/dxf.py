@@ -10,6 +10,8 @@ Layers:
     holes of pivots and guided point, as circles
 ``PATH``
     the path of the guided point over the stroke, as a spline
+``WHEELS``
+    pitch circles, of gears
 ``DIMENSIONS``
     lengths of the links
 ``NAMES``
@@ -33,8 +35,9 @@ import numpy as np
 
 from ..errors import InvalidRequest, MissingExtra
 from ..kinematics.splines import cubic
-from .levels import POSES, Levels, stacked
-from .links import GUIDED, SAME, Links, placed_over, spans, taken_apart
+from .layout import Layout, laid_out
+from .levels import POSES, stacked
+from .links import SAME, Links, distinct, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
@@ -50,10 +53,6 @@ UNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
 METRIC = ("mm", "cm", "m")
 #: Layers with their colours (AutoCAD's numbers; 7 is black or white).
 LAYERS = {"FRAME": 8, "LINKS": 5, "PIVOTS": 1, "PATH": 30, "DIMENSIONS": 3, "NAMES": 7, "CUT": 2}
-#: Height of letters [size of the linkage].
-LETTER = 0.018
-#: Free space around parts [size of the linkage].
-SPACE = 0.06
 #: Digits of the longest length in dimensions.
 DIGITS = 6
 
@@ -96,24 +95,27 @@ def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options)
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour)
     space = document.modelspace()
+    names = block_names([part.link.name for part in cut])
     for part in cut:
-        _block(document, part)
         link = part.link
+        _block(document, part, names[link.name])
         where = {"layer": "FRAME" if link.kind == "frame" else "LINKS", "rotation": link.angle}
-        space.add_blockref(block_name(link.name), _xy(link.origin), dxfattribs=where)
+        space.add_blockref(names[link.name], _xy(link.origin), dxfattribs=where)
     _path(space, links)
-    letter = LETTER * links.size
-    _names(space, cut, letter)
-    _dimensions(document, guide, links, letter)
-    levels = stacked(cut, placed_over(guide, links, POSES))
-    _laid_out(space, cut, levels, links, letter)
+    if links.wheels:
+        document.layers.add("WHEELS", color=LAYERS["FRAME"])
+    for _, centre, radius in links.wheels:
+        space.add_circle(_xy(centre), radius, dxfattribs={"layer": "WHEELS"})
+    layout = laid_out(cut, stacked(cut, placed_over(guide, links, POSES)), links)
+    _beside(space, layout)
+    _dimensions(document, links, layout.letter)
     zoom.extents(space)
     return document
 
 
-def block_name(link: str) -> str:
-    """Return the name of the block of a link, as ``CRANK_1``."""
-    return link.upper().replace(" ", "_")
+def block_names(links: list[str]) -> dict[str, str]:
+    """Return names of blocks, such as ``CRANK_1``, in characters of a DXF."""
+    return dict(zip(links, distinct([link.upper() for link in links]), strict=True))
 
 
 def _xy(z: complex) -> tuple[float, float]:
@@ -125,9 +127,9 @@ def _outline(space: BaseLayout, outline: Outline, layer: str) -> None:
     space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
 
 
-def _block(document: Drawing, part: Part) -> None:
+def _block(document: Drawing, part: Part, name: str) -> None:
     """Define the block of a link."""
-    block = document.blocks.new(block_name(part.link.name))
+    block = document.blocks.new(name)
     block.units = int(document.units)  # type: ignore[assignment]  # its types want it as it reads it
     layer = "FRAME" if part.link.kind == "frame" else "LINKS"
     for outline in (part.edge, *part.slots.values()):
@@ -147,18 +149,7 @@ def _path(space: Modelspace, links: Links) -> None:
     )
 
 
-def _text(space: Modelspace, text: str, z: complex, height: float) -> None:
-    space.add_text(text, height=height, dxfattribs={"layer": "NAMES", "insert": _xy(z)})
-
-
-def _names(space: Modelspace, cut: list[Part], letter: float) -> None:
-    """Write the names of pivots beside them, once each."""
-    pivots = {name: part.link.placed(z) for part in cut for name, z in part.holes.items()}
-    for name, z in pivots.items():
-        _text(space, "P" if name == GUIDED else name, z + (0.5 * cut[0].bore + 0.4 * letter) * (1 + 1j), letter)
-
-
-def _dimensions(document: Drawing, guide: PlacedGuide, links: Links, letter: float) -> None:
+def _dimensions(document: Drawing, links: Links, letter: float) -> None:
     """Draw the lengths of the links beside them, on the outer side."""
     decimals = max(0, min(8, DIGITS - 1 - math.floor(math.log10(links.size))))
     style = document.dimstyles.new("GUIDE")
@@ -184,7 +175,7 @@ def _dimensions(document: Drawing, guide: PlacedGuide, links: Links, letter: flo
     for key, value in look.items():
         style.set_dxf_attrib(key, value)
         document.header[f"${key.upper()}"] = value  # what LibreCAD goes by
-    measured = [ends for ends in spans(guide).values() if abs(ends[1] - ends[0]) > SAME * links.size]
+    measured = [ends for ends in links.lengths.values() if abs(ends[1] - ends[0]) > SAME * links.size]
     middle = sum((a + b for a, b in measured), 0j) / (2 * len(measured))
     lines: list[tuple[complex, complex]] = []
     for a, b in sorted(measured, key=lambda ends: abs(ends[1] - ends[0])):
@@ -219,23 +210,12 @@ def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: fl
     )
 
 
-def _laid_out(space: Modelspace, cut: list[Part], levels: Levels, links: Links, letter: float) -> None:
-    """Place the parts in a column right of the linkage, with names, levels and notes."""
-    placed = [z for part in cut for z in part.edge.placed(part.link.origin, part.link.turn).points()]
-    every = np.array([*placed, *links.path])
-    gap = SPACE * links.size
-    left, top = float(every.real.max()) + 2 * gap, float(every.imag.max())
-    for part in cut:
-        x0, _, _, y1 = part.edge.box
-        shift = complex(left - x0, top - y1)
+def _beside(space: Modelspace, layout: Layout) -> None:
+    """Draw the parts to cut, and all names and notes."""
+    for part, shift in layout.parts:
         for outline in (part.edge, *part.slots.values()):
             _outline(space, outline.placed(shift), "CUT")
         for z in part.holes.values():
             space.add_circle(_xy(z + shift), 0.5 * part.bore, dxfattribs={"layer": "CUT"})
-        bottom = part.edge.box[1] + shift.imag
-        name = f"{part.link.name}, level {levels.of[part.link.name]}"
-        _text(space, name, complex(left, bottom - 1.6 * letter), letter)
-        top = bottom - 1.6 * letter - gap
-    for pin, link in levels.crossed:
-        top -= 1.6 * letter
-        _text(space, f"pin {pin} meets {link} between its levels", complex(left, top), letter)
+    for text, z in layout.texts:
+        space.add_text(text, height=layout.letter, dxfattribs={"layer": "NAMES", "insert": _xy(z)})

@@ -17,6 +17,7 @@ FORMATS = {
     "csv": "motion table",
     "xlsx": "motion table as a workbook",
     "parquet": "motion table as Parquet",
+    "svg": "drawing and parts to cut in true size",
     "solidworks": "equations: named parameters",
     "fusion": "user parameters as CSV",
     "freecad": "macro that builds parameters and parts",
@@ -26,6 +27,7 @@ FORMATS = {
 #: Default formats by suffix.
 SUFFIXES = {
     ".dxf": "dxf",
+    ".svg": "svg",
     ".json": "json",
     ".csv": "csv",
     ".xlsx": "xlsx",
@@ -39,7 +41,7 @@ SUFFIXES = {
 #: Binary formats, which cannot be printed.
 BINARY = ("xlsx", "parquet")
 #: Formats that need a unit.
-ASSUMING = ("dxf", "step", "freecad", "solidworks", "fusion")
+ASSUMING = ("dxf", "svg", "step", "freecad", "solidworks", "fusion")
 
 
 @dataclass(frozen=True)

@@ -107,7 +107,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
             f"        [{', '.join(map(_xy, part.holes.values()))}],\n    ),\n"
         )
     return MACRO.format(
-        family=guide.linkage.family[0],
+        family=links.title,
         version=__version__,
         unit=options.written,
         assumption=options.assumption and f"; {options.assumption}",
@@ -116,7 +116,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         hole=sizes.hole,
         parameters="".join(rows),
         links="".join(told),
-        notes="".join(f"# {line}\n" for line in levels.notes()),
+        notes="".join(f"# {line}\n" for line in [*levels.notes(), *links.notes]),
         top=levels.top,
         path="".join(f"    ({z.real!r}, {z.imag!r}, {u!r}),\n" for z, u in zip(*_told(links), strict=True)),
     )

@@ -3,19 +3,20 @@
 Every part is a convex hull with a rounded border.  Parts whose hulls come nearer than their borders
 in any pose of the stroke conflict.  A block lies in the level of the link whose slot it runs in.
 Of all assignments without a conflict the one is chosen whose pins cross the fewest parts between
-the levels they join, then the one with the fewest levels.
+the levels they join, then the one with the fewest levels; of many bars the best that a bounded
+search finds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations
 
 import numpy as np
 
 from ..kinematics.types import Complexes, Mask
-from .links import GUIDED, Places, host
+from .links import Places
 from .outlines import Part
 
 #: Poses in which parts are compared: two degrees apart where the driving crank turns fully.
@@ -69,7 +70,7 @@ def stacked(cut: Sequence[Part], places: Places) -> Levels:
     """
     groups: dict[str, list[Part]] = {}
     for part in cut:
-        groups.setdefault(host(part.link.name), []).append(part)
+        groups.setdefault(part.link.within or part.link.name, []).append(part)
     names = list(groups)
     hulls = {name: [_over_motion(part, places) for part in parts] for name, parts in groups.items()}
     conflicts = {pair for pair in combinations(names, 2) if _meet(hulls[pair[0]], hulls[pair[1]])}
@@ -80,21 +81,66 @@ def stacked(cut: Sequence[Part], places: Places) -> Levels:
         for name in names
         if name not in ends and _meet([hull], hulls[name])
     }
-    best: tuple[tuple[int, ...], dict[str, int], tuple[tuple[str, str], ...]] | None = None
-    for levels in product(range(len(names)), repeat=len(names) - 1):
-        of = dict(zip(names, (0, *levels), strict=True))
-        if any(of[one] == of[other] for one, other in conflicts):
-            continue
-        crossed = tuple(
-            (pin, name)
-            for pin, name in sorted(crossings)
-            if min(of[end] for end in pins[pin][0]) < of[name] < max(of[end] for end in pins[pin][0])
-        )
-        rank = (len(crossed), max(levels, default=0), sum(levels), *levels)
-        if best is None or rank < best[0]:
-            best = (rank, of, crossed)
-    assert best is not None  # every group on a level of its own has no conflict
-    return Levels({part.link.name: best[1][host(part.link.name)] for part in cut}, best[2])
+    ends = {pin: joined for pin, (joined, _) in pins.items()}
+    of = _Assignment(names, conflicts, crossings, ends).best()
+    crossed = tuple((pin, name) for pin, name in sorted(crossings) if _is_between(of, ends[pin], name))
+    return Levels({part.link.name: of[part.link.within or part.link.name] for part in cut}, crossed)
+
+
+class _Assignment:
+    """Search for the best levels of groups by branch and bound."""
+
+    #: Most branches: all of seven groups, a second of time for more.
+    max_visits = 50_000
+
+    def __init__(
+        self,
+        names: list[str],
+        conflicts: set[tuple[str, str]],
+        crossings: set[tuple[str, str]],
+        ends: Mapping[str, tuple[str, ...]],
+    ) -> None:
+        self.names, self.ends, self.visits = names, ends, 0
+        order = {name: k for k, name in enumerate(names)}
+        self.apart: list[list[str]] = [[] for _ in names]
+        for pair in conflicts:
+            first, last = sorted(pair, key=order.__getitem__)
+            self.apart[order[last]].append(first)
+        # a crossing is decided once the last of its groups has a level
+        self.decided: list[list[tuple[str, str]]] = [[] for _ in names]
+        for pin, name in crossings:
+            self.decided[max(order[one] for one in (*ends[pin], name))].append((pin, name))
+        self.rank: tuple[int, ...] | None = None
+        self.found: dict[str, int] = {}
+
+    def best(self) -> dict[str, int]:
+        """Return the level of every group, the frame's being 0."""
+        self._visit({}, 0)
+        return self.found
+
+    def _visit(self, of: dict[str, int], crossed: int) -> None:
+        k, levels = len(of), tuple(of.values())[1:]
+        rank = (crossed, max(levels, default=0), sum(levels), *levels)
+        if self.rank is not None and rank >= self.rank[: len(rank)]:
+            return
+        if k == len(self.names):
+            self.rank, self.found = rank, dict(of)
+            return
+        self.visits += 1
+        if self.visits > self.max_visits and self.rank is not None:
+            return
+        taken = {of[one] for one in self.apart[k]}
+        for level in range(len(self.names) if k else 1):
+            if level not in taken:
+                of[self.names[k]] = level
+                met = sum(_is_between(of, self.ends[pin], name) for pin, name in self.decided[k])
+                self._visit(of, crossed + met)
+                del of[self.names[k]]
+
+
+def _is_between(of: Mapping[str, int], ends: Sequence[str], name: str) -> bool:
+    """Tell whether a group lies between the levels that a pin joins."""
+    return min(of[end] for end in ends) < of[name] < max(of[end] for end in ends)
 
 
 #: Corners of a hull over the motion, shape (m, k), and the width of its border.
@@ -118,7 +164,7 @@ def _pins(groups: Mapping[str, list[Part]], places: Places) -> dict[str, tuple[t
                 ends, _ = found.get(pivot, ((), None))
                 at = (origin + turn * z)[:, None]
                 found[pivot] = ((*ends, group), (at, 0.5 * part.bore))
-    return {pin: (ends, hull) for pin, (ends, hull) in found.items() if len(ends) > 1 or pin == GUIDED}
+    return {pin: (ends, hull) for pin, (ends, hull) in found.items() if len(ends) > 1}
 
 
 def _meet(one: Sequence[Hull], other: Sequence[Hull]) -> bool:

@@ -8,7 +8,10 @@ linkage without a stroke over the whole circuit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,15 +39,17 @@ class Link:
     Attributes
     ----------
     name : str
-        ``frame``, ``crank 1``, ``coupler``, ``slider 2``, ``slide 1``.
+        ``frame``, ``crank 1``, ``coupler``, ``slider 2``, ``slide 1``; of many bars their names.
     kind : str
-        ``frame``, ``crank``, ``coupler`` or ``block``.
+        ``frame``, ``crank``, ``coupler``, ``bar`` or ``block``.
     origin, turn : complex
         Where its origin is in the position given, and the unit vector of its x axis there.
     holes : dict of str to complex
         Pivots by name: ``A1``, ``A1*``, ``A2``, ``A2*`` and ``guided``.
     slots : dict of str to (complex, complex)
         Name of the block that runs in each, and the ends of the way of its middle.
+    within : str
+        Link in whose slot a block runs; of another link empty.
     """
 
     name: str
@@ -53,6 +58,7 @@ class Link:
     turn: complex
     holes: dict[str, complex]
     slots: dict[str, tuple[complex, complex]]
+    within: str = ""
 
     def placed(self, z: complex) -> complex:
         """Return where a point of the link is in the position given."""
@@ -79,12 +85,24 @@ class Links:
         Parameters of the spline at these points, from 0 to 1.
     size : float
         Diameter of the finite pivots, the ways of the blocks and the path.
+    title : str
+        Family, or name of a mechanism of many bars.
+    lengths : dict of str to (complex, complex)
+        Ends of each length in the given position.
+    wheels : list of (str, complex, float)
+        Pitch circles: name, centre and radius.
+    notes : list of str
+        What the parts lack.
     """
 
     links: list[Link]
     path: Complexes
     knots: Floats
     size: float
+    title: str
+    lengths: dict[str, tuple[complex, complex]]
+    wheels: list[tuple[str, complex, float]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
 def taken_apart(guide: PlacedGuide) -> Links:
@@ -96,6 +114,10 @@ def taken_apart(guide: PlacedGuide) -> Links:
         If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no
         ends.
     """
+    if has_bars(guide):
+        from .chain_links import links_of
+
+        return links_of(guide)
     z, kinds, finite = guide.linkage.points[0], guide.linkage.dyads[0], guide.linkage.finite[0]
     run, guided = travelled(guide), complex(*guide.guided)
     phases, knots = run.spline()
@@ -106,26 +128,32 @@ def taken_apart(guide: PlacedGuide) -> Links:
     for i in (0, 1):
         fixed, moving = complex(z[i, 0]), complex(z[i, 1])
         if kinds[i] == RR:
-            links.append(_link(f"crank {i + 1}", "crank", {f"A{i + 1}": fixed, f"A{i + 1}*": moving}))
+            links.append(link_of(f"crank {i + 1}", "crank", {f"A{i + 1}": fixed, f"A{i + 1}*": moving}))
         elif kinds[i] == PR:
             along = -1j * fixed
             tracks[f"slider {i + 1}"] = _slot(run, i, moving, along)
-            links.append(Link(f"slider {i + 1}", "block", moving, along, {f"A{i + 1}*": 0j}, {}))
+            links.append(Link(f"slider {i + 1}", "block", moving, along, {f"A{i + 1}*": 0j}, {}, "frame"))
         else:
             along = -1j * moving
             ways[f"slide {i + 1}"] = _slot(run, i, fixed, along)
-            links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}))
+            links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}, "coupler"))
     if output := rod_and_rocker(guide):
         joint = output[0][1]
         links += [
-            _link("rod", "crank", {GUIDED: guided, "J": joint}),
-            _link("rocker", "crank", {"B": frame["B"], "J": joint}),
+            link_of("rod", "crank", {GUIDED: guided, "J": joint}),
+            link_of("rocker", "crank", {"B": frame["B"], "J": joint}),
         ]
     every = np.array([*z[finite], guided, *path, *(end for ends in (tracks | ways).values() for end in ends)])
     size = float(np.abs(every[:, None] - every[None, :]).max())
     if all(abs(guided - pin) > SAME * size for pin in pins.values()):
         pins[GUIDED] = guided
-    return Links([_link("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)], path, knots, size)
+    every_link = [link_of("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)]
+    return Links(every_link, path, knots, size, str(guide.linkage.family[0]), spans(guide))
+
+
+def has_bars(guide: Any) -> bool:
+    """Tell whether a guide is a mechanism of many bars, such as `catalogue.mechanism` makes."""
+    return hasattr(guide, "bars")
 
 
 def travelled(guide: PlacedGuide) -> Run:
@@ -149,11 +177,6 @@ def travelled(guide: PlacedGuide) -> Run:
 Places = dict[str, tuple[Complexes, Complexes]]
 
 
-def host(name: str) -> str:
-    """Return the link in whose slot a block runs; of another link its own name."""
-    return {"slider": "frame", "slide": "coupler"}.get(name.split()[0], name)
-
-
 def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
     """Place the links of a guide over its motion.
 
@@ -170,6 +193,10 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
     Places
         Over the whole circuit where the driving crank turns fully, else over the stroke.
     """
+    if has_bars(guide):
+        from .chain_links import chain_placed_over
+
+        return chain_placed_over(guide, links, poses)
     answer: Any = guide  # a `Candidate` or a dwell, which are above
     if hasattr(answer, "stroke"):
         turns = answer.driver in answer.rotates or bool(answer.span().cusp.any())
@@ -214,13 +241,14 @@ def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, com
     return here + along * (low - start), here + along * (high - start)
 
 
-def _link(
+def link_of(
     name: str, kind: str, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]] | None = None
 ) -> Link:
     """Return a link of places in the position given: from its first hole to its second one, or along its slot."""
     ends = [end for slot in (slots or {}).values() for end in slot]
     origin, *others = [*holes.values(), *ends]
-    way = ends[1] - ends[0] if len(holes) < 2 else others[0] - origin
+    alone = ends[1] - ends[0] if ends else 0j
+    way = alone if len(holes) < 2 else others[0] - origin
     return _at(name, kind, origin, way, holes, slots or {})
 
 
@@ -251,6 +279,21 @@ def _at(
         {pivot: own(z) for pivot, z in holes.items()},
         {block: (own(a), own(b)) for block, (a, b) in slots.items()},
     )
+
+
+def distinct(names: Sequence[str]) -> list[str]:
+    """Replace all but letters, digits and underscores, and number names that are then the same."""
+    found: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        plain = name = re.sub(r"\W", "_", name, flags=re.ASCII)
+        for number in count(2):
+            if name.casefold() not in taken:
+                break
+            name = f"{plain}_{number}"
+        taken.add(name.casefold())
+        found.append(name)
+    return found
 
 
 def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:

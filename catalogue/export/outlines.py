@@ -175,13 +175,14 @@ def convex(places: list[complex]) -> list[complex]:
 
 def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
     """Find the closest two holes of a link: distance, link and holes."""
-    return min(
+    pairs = (
         (abs(a - b), link.name, (one, other))
         for link in links.links
         for one, a in link.holes.items()
         for other, b in link.holes.items()
         if one < other
     )
+    return min(pairs, default=(links.size, "", ("", "")))
 
 
 def _round(value: float) -> float:

@@ -10,12 +10,13 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .links import rod_and_rocker, taken_apart
+from .links import distinct, has_bars, rod_and_rocker, taken_apart
 from .outlines import Sizes
 
 if TYPE_CHECKING:
@@ -40,6 +41,10 @@ MEANINGS = {
 }
 
 
+#: Lists a value by name and meaning.
+Told = Callable[[str, Any, str], None]
+
+
 @dataclass(frozen=True)
 class Parameter:
     """A number by a name that every program takes: letters, digits and underscores."""
@@ -52,7 +57,7 @@ class Parameter:
 
 def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
     """List link lengths, pivot positions, slider directions in the given position, and part sizes."""
-    links, linkage = taken_apart(guide), guide.linkage
+    links = taken_apart(guide)
     found: list[Parameter] = []
 
     def length(name: str, value: float, meaning: str) -> None:
@@ -67,6 +72,31 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
         degrees = math.degrees(math.atan2(way.imag, way.real))
         found.append(Parameter(name, degrees, "deg", f"{meaning}, from the x axis"))
 
+    if has_bars(guide):
+        mechanism: Any = guide  # an `OwnChain`, which is above
+        for name, (start, end) in links.lengths.items():
+            length(f"bar {name}", abs(end - start), f"length of {name}")
+        for joint, (x, y) in mechanism.joints.items():
+            place(f"joint_{joint}", complex(x, y), f"joint {joint}")
+        for slide, along in zip(mechanism.chain.structure.slides, mechanism.chain.u[:, 0].tolist(), strict=True):
+            angle(f"slide {slide.first} {slide.second} angle", along, f"line of {slide.second} on {slide.first}")
+        for wheel, _, radius in links.wheels:
+            length(f"wheel {wheel} radius", radius, f"pitch radius of {wheel}")
+    else:
+        _of_linkage(guide, length, place, angle)
+    names = distinct([p.name for p in found])
+    found = [replace(p, name=name) for p, name in zip(found, names, strict=True)]
+    sizes = Sizes.of(links, options.bar_width, options.hole)
+    length("bar_width", sizes.width, "width of bars and blocks")
+    length("hole", sizes.hole, "diameter of the holes")
+    if options.assumption:
+        found = [replace(p, comment=f"{p.comment}; {options.assumption}") if p.unit != "deg" else p for p in found]
+    return found
+
+
+def _of_linkage(guide: PlacedGuide, length: Told, place: Told, angle: Told) -> None:
+    """List lengths, pivots and directions of a linkage of two dyads."""
+    linkage = guide.linkage
     for name, value in guide.lengths.items():
         length(name.replace(" ", "_"), value, MEANINGS[name.rstrip(" 12")])
     for i, (fixed, moving) in enumerate(linkage.points[0].tolist(), 1):
@@ -83,12 +113,6 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
         start, joint = output[-1]
         place("joint", joint, "joint of rod and rocker")
         place("rocker_pivot", start, "fixed pivot of the rocker")
-    sizes = Sizes.of(links, options.bar_width, options.hole)
-    length("bar_width", sizes.width, "width of bars and blocks")
-    length("hole", sizes.hole, "diameter of the holes")
-    if options.assumption:
-        found = [replace(p, comment=f"{p.comment}; {options.assumption}") if p.unit != "deg" else p for p in found]
-    return found
 
 
 def solidworks(guide: PlacedGuide, options: Options) -> str:

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
+from .links import has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -22,7 +23,24 @@ ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 def written_json(guide: PlacedGuide, options: Options) -> str:
     """Return the guide as JSON: pivots, lengths, limits, measurements and provenance, to the last digit."""
     told: dict[str, Any] = getattr(guide, "to_dict", dict)()
-    record = {
+    record = _of_bars(guide) if has_bars(guide) else _of_linkage(guide, options, told)
+    return json.dumps(record, indent=1, allow_nan=False) + "\n"
+
+
+def _of_bars(guide: Any) -> dict[str, Any]:
+    """Return an `OwnChain` as `catalogue.mechanism` takes it, with its measures."""
+    given = guide.given
+    return {
+        **{name: value for name, value in given.items() if value},
+        "lengths": guide.lengths,
+        "limits": {"drive_range": guide.drive_range},
+        "measured": {name: value for name, value in guide.to_dict().items() if name not in given},
+        "provenance": {"program": f"mechanism-catalogue {__version__}"},
+    }
+
+
+def _of_linkage(guide: PlacedGuide, options: Options, told: dict[str, Any]) -> dict[str, Any]:
+    return {
         "unit": options.unit,
         "family": str(guide.linkage.family[0]),
         "pivots": guide.pivots,
@@ -40,4 +58,3 @@ def written_json(guide: PlacedGuide, options: Options) -> str:
             **{name: told[name] for name in PROVENANCE if name in told},
         },
     }
-    return json.dumps(record, indent=1, allow_nan=False) + "\n"

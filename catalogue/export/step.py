@@ -50,7 +50,7 @@ def solids(guide: PlacedGuide, options: Options) -> str:
     places = [(z.real, z.imag, levels.top * rise) for z in (unit * links.path).tolist()]
     path = cad.Edge.make_spline(places, parameters=links.knots.tolist())
     path.label = "path"
-    label = "; ".join(part for part in (guide.linkage.family[0], *levels.notes(), options.assumption) if part)
+    label = "; ".join(part for part in (links.title, *levels.notes(), *links.notes, options.assumption) if part)
     whole = cad.Compound(label=label, children=[*made, path])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "guide.step"

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InvalidRequest, quoted
 from ..folders import is_folder, replacing
 from .formats import Options, chosen
+from .links import has_bars
 
 if TYPE_CHECKING:
+    from ..find.own_chain import OwnChain
     from ..find.placed import PlacedGuide
 
 #: Where the function of each format is: module and name.
@@ -27,12 +29,15 @@ WRITERS = {
     "fusion": ("parameters", "fusion"),
     "freecad": ("freecad", "macro"),
     "step": ("step", "solids"),
+    "svg": ("svg", "written_svg"),
     "pylinkage": ("pylinkage_script", "script"),
 }
+#: Formats of linkages of two dyads only.
+TWO_DYADS = ("pylinkage",)
 
 
 def export(
-    guide: PlacedGuide, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
+    guide: PlacedGuide | OwnChain, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
 ) -> str | bytes:
     """Export a guide in a format and unit, to a file if named.
 
@@ -45,10 +50,13 @@ def export(
     how = Options(**options)
     if path is not None:
         check(path)
+    if kind in TWO_DYADS and has_bars(guide):
+        others = ", ".join(one for one in WRITERS if one not in TWO_DYADS)
+        raise InvalidRequest(f"{kind} holds linkages of two dyads: export a mechanism of many bars as {others}")
     module, name = WRITERS[kind]
     write: Callable[[PlacedGuide, Options], str | bytes] = getattr(import_module(f".{module}", __package__), name)
-    guide = guide.in_unit(how.unit)
-    made = write(guide, replace(how, unit=guide.unit))
+    placed: Any = guide.in_unit(how.unit)
+    made = write(placed, replace(how, unit=placed.unit))
     if path is not None:
         try:
             with replacing(path) as part:

@@ -13,16 +13,19 @@ import numpy as np
 from ..chains.chain import Chain
 from ..chains.circuits import ChainCircuits, circuits
 from ..chains.given import GivenChain, read_chain
+from ..chains.lengths import spans
 from ..errors import InvalidRequest, quoted
 from ..given import text
 from ..guidance.circuit_curve import fitted
-from ..kinematics.circuits import OPEN
+from ..kinematics.circuits import OPEN, TURN
 from ..kinematics.sampling import Samples, resolved
+from ..kinematics.splines import SPLINE_ERROR, place_points
 from ..kinematics.types import Complexes, Floats
 from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
+from .run import PART, ROUNDED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,10 +43,13 @@ class Grid:
         Positions of a stretch at which size and transmission angle are taken.
     least : float
         Smallest extent of a joint's path for relative errors [size of the chain].
+    beside : float
+        Phase from an end of a piece at which directions are known to half the digits [rad].
     """
 
     positions: int = 129
     least: float = 1e-3
+    beside: float = 1e-7
 
 
 GRID = Grid()
@@ -163,6 +169,22 @@ class OwnChain:
         driven = ("drive_from", "drive_to") if self.chain.structure.is_pushed else ()
         return [f.name for f in fields(self) if f.name in driven or (f.name in CHAIN and CHAIN[f.name].unit == LENGTH)]
 
+    @property
+    def lengths(self) -> dict[str, float]:
+        """Distances of joints on a bar, and offsets of slides, by name [length]."""
+        return {name: abs(end - start) for name, (start, end) in spans(self.chain).items()}
+
+    @property
+    def drive_range(self) -> tuple[float, float] | None:
+        """Range of the drive from its given pose [deg or length]; None if it turns fully."""
+        found = self.circuit
+        if found.kind[0] == TURN:
+            return None
+        legs = found.leg_count[0]
+        ends = np.append(found.low[:legs, 0], found.high[:legs, 0])
+        ends = ends if self.chain.structure.is_pushed else np.degrees(ends)
+        return float(ends.min()), float(ends.max())
+
     def samples(self, low: float, high: float) -> Samples:
         """Sample guided point, moving joints and directions of all bars.
 
@@ -176,17 +198,36 @@ class OwnChain:
         moving = [self.read.point, *moving]
 
         def values(s: Floats) -> Complexes:
-            at = found.poses(s[:, None])
+            at = found.poses(self._beside_ends(s)[:, None])
             return np.stack([*(at.joint(j)[:, 0] for j in moving), *at.turn[:, :, 0]], axis=1)
 
         scale = np.append(np.full(len(moving), np.nan), np.ones(len(structure.bars)))
         return resolved(values, low, high, scale, GRID.least * float(self.chain.size[0]))
+
+    def _beside_ends(self, s: Floats) -> Floats:
+        """Move phases (m,) off dead and change points, at which pins may coincide."""
+        found, period = self.circuit, float(self.circuit.period[0])
+        ends = found.bounds[np.isfinite(found.bounds[:, 0]), 0]
+        ends = ends[:-1] if found.kind[0] == OPEN or len(ends) == 1 else ends
+        if not len(ends):
+            return s
+        away = np.mod(s[:, None] - ends + 0.5 * period, period) - 0.5 * period
+        off = away[np.arange(len(s)), np.abs(away).argmin(1)]
+        return np.where(np.abs(off) < GRID.beside, s - off + np.copysign(GRID.beside, off), s)
 
     @property
     def range(self) -> tuple[float, float]:
         """Phases between which the whole motion runs."""
         start, period = float(self.circuit.phase[0]), float(self.circuit.period[0])
         return (0.0, period) if self.circuit.kind[0] == OPEN else (start, start + period)
+
+    def spline(self) -> tuple[Floats, Floats]:
+        """Place the points of a spline along the drawn path; see `splines.place_points`."""
+        low, _, high = self.drawn
+        samples, size = self.samples(low, high), float(self.chain.size[0])
+        deviation = getattr(self, "deviation", np.inf)
+        error = max(PART * deviation, ROUNDED * size) / float(samples.scale[0])
+        return place_points(samples, 0, min(SPLINE_ERROR, error))
 
     def motion(
         self, samples: int = SAMPLES, *, points: Any = None, driver: Any = None, between: Sequence[Sequence[str]] = ()
@@ -298,15 +339,35 @@ class OwnChain:
         """
         self._refuse_verb("improve")
 
-    def export(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
-        """Refuse, by name.
+    def export(self, file: str | Path | None = None, format: str | None = None, **options: Any) -> str | bytes:
+        """Export the mechanism as drawing, parts, parameters, motion table or JSON.
 
         Parameters
         ----------
-        asked, how
-            Are not looked at.
+        file, format, **options
+            As of `PlacedGuide.export`.
+
+        Returns
+        -------
+        str or bytes
+
+        Raises
+        ------
+        InvalidRequest, MissingExtra
+            As `PlacedGuide.export`; also if a format is for linkages of two dyads only.
+
+        Examples
+        --------
+        >>> from catalogue import mechanism
+        >>> bars = {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"}
+        >>> joints = {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]}
+        >>> chebyshev = mechanism({"joints": joints, "bars": bars, "drive": "crank", "point": "P"})
+        >>> str(chebyshev.export(format="csv", columns=["drive", "P x"], positions=2)).split()[-1]
+        '360.0,4.0'
         """
-        self._refuse_verb("export")
+        from ..export import export
+
+        return export(self, file, format, **options)
 
     def sheet(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
         """Refuse, by name.
@@ -329,7 +390,9 @@ class OwnChain:
         self._refuse_verb("plot_curves")
 
     def _refuse_verb(self, verb: str) -> NoReturn:
-        raise InvalidRequest(f"{verb} is not offered for a mechanism of many bars yet: measure, trace and show are")
+        raise InvalidRequest(
+            f"{verb} is not offered for a mechanism of many bars yet: measure, trace, show and export are"
+        )
 
 
 @dataclass(frozen=True)

@@ -77,11 +77,24 @@ def test_several_mechanisms_are_measured_in_one_run(run: Run, tmp_path: Path) ->
     assert [row["number"] for row in rows] == [1, 2]
 
 
+def test_export_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_path: Path) -> None:
+    for name in ("a.json", "a.csv", "a.svg", "a.dxf", "a.xlsx", "a.txt", "a.FCMacro"):
+        file = tmp_path / name
+        assert run("export", leg, "--out", file, "--unit", "in").code == 0
+        assert file.stat().st_size > 500
+    again = run("measure", tmp_path / "a.json", "--stroke", "30in", "--format", "json")
+    code = json.loads(again.out)[0]["code"]
+    assert json.loads(run("export", code, "--format", "json").out)["measured"]["stroke"] == pytest.approx(30)
+    done = run("export", leg, "--out", tmp_path / "a.py")
+    assert done.code == 2
+    assert "export a mechanism of many bars as dxf, json, csv, xlsx, parquet" in done.line
+    assert "is for one guide" not in done.line
+
+
 @pytest.mark.parametrize(
     ("command", "more"),
     [
         ("improve", ["--stroke", "10", "--deviation", "1"]),
-        ("export", ["--out", "a.dxf"]),
         ("sheet", ["--out", "a.pdf"]),
         ("classify", []),
     ],
@@ -89,7 +102,7 @@ def test_several_mechanisms_are_measured_in_one_run(run: Run, tmp_path: Path) ->
 def test_other_commands_refuse_it_by_name(run: Run, leg: Path, command: str, more: list[str]) -> None:
     done = run(command, leg, *more)
     assert done.code == 2
-    assert "is a mechanism of many bars: measure, trace and show take it" in done.line
+    assert "is a mechanism of many bars: measure, trace, show and export take it" in done.line
 
 
 @pytest.mark.parametrize(

@@ -118,7 +118,7 @@ def test_a_file_is_overwritten_by_force_alone(run: Run, code: str, tmp_path: Pat
 def test_several_linkages_are_refused(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "two.csv"
     file.write_text("ground,crank,coupler,rocker,along,across\n220,100,250,250,125,80\n220,90,250,250,125,80\n")
-    assert "holds 2 linkages: one can be exported at a time" in run("export", file, "--format", "json").line
+    assert "holds 2 mechanisms: one can be exported at a time" in run("export", file, "--format", "json").line
 
 
 @pytest.mark.slow
