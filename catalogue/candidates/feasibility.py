@@ -16,21 +16,11 @@ from ..guidance.slides import rails
 from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from ..problem.constraints import DRIVE
+from ..problem.bounds import DEGREES, DRIVES, SIZES, Bound
 from ..problem.problem import Problem
 from ..problem.region import Region
 from .batch import CandidateBatch, every_flip, flipped
 
-#: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or
-#: the least.
-UPPER_BOUNDS = {
-    "max_size": "size",
-    "max_link": "max_link",
-    "max_ground": "max_ground",
-    "max_arm": "max_arm",
-    "max_travel": "travel",
-}
-LOWER_BOUNDS = {"min_link": "min_link", "min_ground": "max_ground"}
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
 #: slots with the latter.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
@@ -170,9 +160,9 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
             np.abs(found.traced.fit.stroke.astype(float) - problem.path.stroke) <= 1e-6
         )
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
-        for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
-            if (bound := getattr(wanted, name)) is not None:
-                amounts[name] = over(excess(name, getattr(m, key), bound))
+        for row in SIZES:
+            if (bound := getattr(wanted, row.name)) is not None:
+                amounts[row.name] = over(excess(row, getattr(m, row.measure), bound))
         if (bound := wanted.min_allowance) is not None:
             amounts["min_allowance"] = over((bound - found.allowance) / bound)
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
@@ -195,10 +185,9 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     return Feasibility(amounts, problem.relaxed)
 
 
-def excess(name: str, value: Floats, bound: float) -> Floats:
-    """Return by how much values are above an upper bound, or below a lower one, negative where they
-    are not."""
-    return value - bound if name in UPPER_BOUNDS else bound - value
+def excess(row: Bound, value: Floats, bound: float) -> Floats:
+    """Return by how much values break a bound, negative where they do not."""
+    return value - bound if row.upper else bound - value
 
 
 def farthest(problem: Problem) -> float:
@@ -219,16 +208,14 @@ def farthest(problem: Problem) -> float:
 def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return by how much the bounds on how guides are driven are broken, negative where they are
     not."""
-    bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
+    bounds = [(row, bound) for row in DRIVES if (bound := getattr(problem.constraints, row.name)) is not None]
     if not bounds:
         return {}
     works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
     amounts = {}
-    for name, bound in bounds.items():
-        side, _, column = name.partition("_")
-        value, unit = getattr(works, column), 180 / np.pi if "angle" in name or "rotation" in name else bound
-        amount = (bound - value if side == "min" else value - bound) / unit
-        amounts[name] = np.where(np.isnan(amount), 1.0, amount)
+    for row, bound in bounds:
+        amount = excess(row, getattr(works, row.measure), bound) / (180 / np.pi if row.unit == DEGREES else bound)
+        amounts[row.name] = np.where(np.isnan(amount), 1.0, amount)
     return amounts
 
 

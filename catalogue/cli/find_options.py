@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import click
+
+from ..problem.bounds import ALLOWANCE, BOUNDS, DEGREES, DRIVES, LIFT, RATIO, SIZES, TRANSMISSIONS, Bound
 from ..problem.criteria import CRITERIA, DISTINCT
+from ..units import LENGTH
 from .completion import held
 from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number, option, several, switch
 from .tables import FORCE, OUTPUT, PICTURE
@@ -29,6 +33,16 @@ PLOT = option(
     "Draw the best answer (PNG, SVG, PDF or animated GIF by suffix), or all into a folder.",
     PICTURE,
 )
+
+
+def bound(row: Bound) -> click.Option:
+    """Build the option of a bound on a measure."""
+    kind, metavar = KINDS[row.unit]
+    return kind(f"{row.option} --{row.name.replace('_', '-')} {row.name}", metavar, row.text, default=row.default)
+
+
+#: Options and placeholders of bounds by their units.
+KINDS = {LENGTH: (length, "L"), DEGREES: (angle, "DEG"), RATIO: (number, "X")}
 #: Constraints, ranking, search and output.
 OPTIONS = (
     FAMILY,
@@ -54,31 +68,9 @@ OPTIONS = (
     length("--moving-pivots", "X1 Y1 X2 Y2", "Prescribed positions of the moving pivots at mid-stroke.", nargs=4),
     length("--crank", "X Y X* Y*", "Prescribed fixed pivot and, at mid-stroke, moving pivot of one crank.", nargs=4),
     length("--within", "L", "Largest distance of a pivot from its prescribed position.", default=0.0),
-    length(
-        "--max-size", "L", "Maximum overall size: diameter of pivots, rails, slots and path (100 strokes if not given)."
-    ),
-    length("--max-link", "L", "Maximum length of crank or coupler."),
-    length("--min-link", "L", "Minimum length of crank or coupler."),
-    length("--max-ground", "L", "Maximum distance between the fixed pivots."),
-    length("--min-ground", "L", "Minimum distance between the fixed pivots."),
-    length("--max-arm", "L", "Maximum distance from the guided point to the nearer moving pivot."),
-    length("--max-travel", "L", "Maximum travel of a slider along its rail or slot over the stroke."),
-    angle(
-        "--min-transmission", "DEG", "Minimum transmission angle over the stroke; the better crank drives.", default=0.0
-    ),
-    angle(
-        "--min-transmission-turn",
-        "DEG",
-        "Minimum transmission angle over a full turn of the driving crank.",
-        default=0.0,
-    ),
-    length(
-        "--min-allowance",
-        "L",
-        "Minimum allowance: standard deviation of pivot position at which 95 % of machines keep the tolerance.",
-    ),
+    *(bound(row) for row in (*SIZES, *TRANSMISSIONS, ALLOWANCE)),
     switch("--full-rotation", "A crank must turn fully."),
-    length("--min-lift", "L", "Minimum lift of the point off its path on the return, as of a walking leg."),
+    bound(LIFT),
     length("--swept-in", "X0 Y0 X1 Y1", "Box for all links over the whole stroke.", nargs=4),
     several(
         "--keep-out",
@@ -86,15 +78,7 @@ OPTIONS = (
         "Box, or polygon of three or more points, that no link may enter over the stroke; may be repeated.",
         ZONE,
     ),
-    angle("--min-drive-angle", "DEG", "Minimum rotation of the driving crank over the stroke."),
-    angle("--max-drive-angle", "DEG", "Maximum rotation of the driving crank over the stroke."),
-    angle(
-        "--level --max-rotation max_rotation",
-        "DEG",
-        "Maximum rotation of the guided body over the stroke: small where it is to stay level.",
-    ),
-    number("--min-uniformity", "X", "Minimum ratio of lowest to highest speed along the path at constant crank speed."),
-    number("--min-advantage", "X", "Minimum mechanical advantage: force along the path over force at the crank pin."),
+    *(bound(row) for row in DRIVES),
     length(
         "--play", "L", "Standard deviation of pivot position, for the expected deviation and the ranking.", default=0.0
     ),
@@ -169,25 +153,10 @@ IMPROVE = tuple(
         "pins_only",
         "fixed_pivots_in",
         "pivots_in",
-        "max_size",
-        "max_link",
-        "min_link",
-        "max_ground",
-        "min_ground",
-        "max_arm",
-        "max_travel",
-        "min_transmission",
-        "min_transmission_turn",
-        "min_allowance",
+        *BOUNDS,
         "full_rotation",
-        "min_lift",
         "swept_in",
         "keep_out",
-        "min_drive_angle",
-        "max_drive_angle",
-        "max_rotation",
-        "min_uniformity",
-        "min_advantage",
         "play",
         "rank_by",
         "effort",

@@ -16,11 +16,9 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import (
-    LOWER_BOUNDS,
     PIVOT_REGIONS,
     ROUNDING,
     SWEPT,
-    UPPER_BOUNDS,
     Feasibility,
     farthest,
     feasibility,
@@ -32,7 +30,8 @@ from ..guidance.metrics import min_transmission_turn
 from ..guidance.return_path import lift
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
-from ..problem.constraints import DRIVE, LENGTHS, Constraints
+from ..problem.bounds import BOUNDS, DRIVE, LENGTHS, SIZES
+from ..problem.constraints import Constraints
 from ..problem.path import PathRequest
 from ..problem.problem import SEARCH_TOLERANCE, Problem
 from ..problem.region import FAR, Region
@@ -307,8 +306,8 @@ class Explanation:
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)
         if name == "deviation":
             value = s * one.deviation / SEARCH_TOLERANCE
-        elif key := (UPPER_BOUNDS | LOWER_BOUNDS).get(name):
-            value = s * getattr(m, key)
+        elif name in BOUNDS and BOUNDS[name] in SIZES:
+            value = s * getattr(m, BOUNDS[name].measure)
         elif name == "min_allowance":
             value = s * one.allowance
         elif name == "min_lift":
@@ -319,7 +318,7 @@ class Explanation:
             value = min_transmission_turn(machine(problem, one), m.driver)
         elif name in DRIVE:
             works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
-            value = getattr(works, name.partition("_")[2])
+            value = getattr(works, BOUNDS[name].measure)
         else:
             return None
         return rounded(float(value[0]), room, up=not name.startswith("min"))

@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..given import doubles, names, number, positive, switch, whole
 from ..kinematics.types import Floats
+from .bounds import DRIVE, LENGTHS, TRANSMISSIONS
 from .path import digits
 from .region import Region, RegionLike, zones
 
@@ -62,20 +63,7 @@ class ConstraintArguments(DwellArguments, total=False):
     play: float
 
 
-#: Names of bounds on lengths.
-LENGTHS = (
-    "max_size",
-    "max_link",
-    "min_link",
-    "max_ground",
-    "min_ground",
-    "max_arm",
-    "max_travel",
-    "min_allowance",
-    "min_lift",
-)
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
-DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that prescribe pivots, with the name of the prescribed pair.
 PRESCRIBED = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
 
@@ -193,7 +181,7 @@ class Constraints:
         convert(["keep_out"], zones)
         convert(REGIONS, Region.of)
         convert(["order"], partial(whole, least=0))
-        convert(["min_transmission", "min_transmission_turn"], _acute)
+        convert([row.name for row in TRANSMISSIONS], _acute)
         convert(["play", "within"], lambda name, v: number(name, v) and positive(name, v))
         convert(PRESCRIBED, _two_points)
         if self.min_transmission_turn or self.min_lift:

@@ -18,7 +18,8 @@ from typing import Any
 from ..errors import InvalidRequest, quoted
 from ..given import listed, number, switch
 from ..units import WRITTEN, angle_in, factor, length_in, unit_or_none
-from .constraints import LENGTHS, PRESCRIBED, REGIONS
+from .bounds import BOUNDS, DEGREES, LENGTHS, RATIO
+from .constraints import PRESCRIBED, REGIONS
 from .path import CircularArc, StraightLine, ends
 from .problem import OWN, Request, is_default
 
@@ -37,14 +38,13 @@ SPELLINGS = {
     "pareto": "rank_by",
 }
 _LENGTH_NAMES = frozenset({"stroke", "deviation", "radius", *LENGTHS, "within", "play", "round_to"})
-_ANGLE_NAMES = frozenset(
-    {"angle", "along", "min_transmission", "min_transmission_turn"}
-    | {"min_drive_angle", "max_drive_angle", "max_rotation"}
-)
+_ANGLE_NAMES = frozenset({"angle", "along", *(name for name, row in BOUNDS.items() if row.unit == DEGREES)})
 _PLACE_NAMES = frozenset(("from", "to", *REGIONS, *PRESCRIBED))
 _NAME_LISTS = frozenset(("families", "series", "configurations"))
 _SWITCHES = frozenset(("pins_only", "slots", "returns", "full_rotation", "refine", "cognates"))
-_NUMBERS = frozenset(("limit", "effort", "per_series", "order", "distinct", "min_uniformity", "min_advantage"))
+_NUMBERS = frozenset(
+    ("limit", "effort", "per_series", "order", "distinct", *(name for name, row in BOUNDS.items() if row.unit == RATIO))
+)
 _WHOLE = frozenset(("limit", "effort", "per_series", "order"))
 _TRUE = ("true", "yes", "1")
 _FALSE = ("false", "no", "0")

@@ -17,6 +17,7 @@ import numpy as np
 from ..guidance.drive import differentiation
 from ..guidance.minimum_zone import times
 from ..kinematics.types import Floats, Indices, Mask
+from ..problem.bounds import BOUNDS, DEGREES
 from .quantities import Pieces, Quantities, Row, chosen, ratio
 
 
@@ -27,18 +28,20 @@ class Driving:
     of: Quantities
 
     def __call__(self, name: str) -> Pieces:
-        """Return the pieces by which a bound, one of `catalogue.problem.constraints.DRIVE`, is
-        broken: angles in radians, others as parts of the bound."""
-        side, _, column = name.partition("_")
-        bound, sign = getattr(self.of.problem.constraints, name), -1.0 if side == "min" else 1.0
+        """Return the pieces by which a bound on the drive is broken.
+
+        Angles are in radians, others in parts of the bound.
+        """
+        row = BOUNDS[name]
+        bound, sign = getattr(self.of.problem.constraints, name), 1.0 if row.upper else -1.0
         made: dict[str, Callable[[], Iterator[Row]]] = {
             "drive_angle": self._drive_angle,
             "rotation": self._rotation,
             "uniformity": self._uniformity,
             "advantage": self._advantage,
         }
-        pieces = Pieces.of(made[column](), sign)
-        if column in ("drive_angle", "rotation"):
+        pieces = Pieces.of(made[row.measure](), sign)
+        if row.unit == DEGREES:
             return pieces.less(sign * np.radians(bound))
         return Pieces(pieces.value / bound - sign, pieces.slope / bound)
 

@@ -17,7 +17,6 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, curves, near_path
 from ..candidates.feasibility import (
     PIVOT_REGIONS,
-    UPPER_BOUNDS,
     drive_violations,
     feasibility,
     swept_violations,
@@ -33,7 +32,7 @@ from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from ..problem.constraints import DRIVE
+from ..problem.bounds import DEGREES, DRIVE, SIZES, TRANSMISSIONS
 from ..problem.path import FULLEST
 from ..problem.problem import Problem
 from ..problem.ranking import RISING, Ranking
@@ -87,7 +86,7 @@ TRANSMISSION = {
     "min_transmission_turn": "transmission_turn",
 }
 #: All bounds that hold for one measure, by what they bound.
-BOUNDS = {**UPPER_BOUNDS, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
+BOUNDS = {row.name: row.measure if row.upper else row.name for row in SIZES} | TRANSMISSION
 
 
 def units(linkage: Linkage, point: Complexes) -> Floats:
@@ -233,10 +232,11 @@ def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     """Return by how much guides break each constraint, in strokes and right angles."""
     wanted, found = problem.constraints, {"collapse": read.collapse()}
     found["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
-    for name, measure in BOUNDS.items():
+    for row in (*SIZES, *TRANSMISSIONS):
+        name, measure = row.name, BOUNDS[row.name]
         if bound := getattr(wanted, name):
-            sign = 1.0 if name in UPPER_BOUNDS else -1.0
-            unit = 90.0 if name in TRANSMISSION else 1.0
+            sign = 1.0 if row.upper else -1.0
+            unit = 90.0 if row.unit == DEGREES else 1.0
             found[name] = read(measure).less(sign * bound / unit)
     if wanted.full_rotation:
         found["full_rotation"] = read("full_rotation")

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path, slides_on_path
-from ..candidates.feasibility import LOWER_BOUNDS, UPPER_BOUNDS, best_orientation, excess
+from ..candidates.feasibility import best_orientation, excess
 from ..candidates.select import ranks
 from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
@@ -23,6 +23,7 @@ from ..guidance.trace import Traced, trace
 from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
+from ..problem.bounds import DEGREES, DRIVES, SIZES
 from ..problem.problem import Problem
 from ..store import JOINED, PIVOT_NAMES, Database
 
@@ -225,18 +226,18 @@ def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats
     """Return by how much stored reaches are likely to break the constraints, shape (n,)."""
     bounds = problem.constraints
     broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATES + missing
-    for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
-        if (bound := getattr(bounds, name)) is not None:
-            over = excess(name, values[key], bound)
+    for row in SIZES:
+        if (bound := getattr(bounds, row.name)) is not None:
+            over = excess(row, values[row.measure], bound)
             broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
     broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
     if bounds.full_rotation:
         broken += np.where(reaches.rotates > 0, 0.0, TURNS_NOT)
-    for name, column in (("drive_angle", reaches.drive_angle), ("rotation", reaches.rotation)):
-        for side, sign in (("min", 1), ("max", -1)):
-            if (bound := getattr(bounds, f"{side}_{name}", None)) is not None:
-                over = np.maximum(np.radians(sign * (bound - column * stretch)), 0)
-                broken += np.where(np.isnan(column), UNKNOWN, over)
+    for row in DRIVES:
+        if row.unit == DEGREES and (bound := getattr(bounds, row.name)) is not None:
+            column = getattr(reaches, row.measure)
+            over = np.maximum(np.radians(excess(row, column * stretch, bound)), 0)
+            broken += np.where(np.isnan(column), UNKNOWN, over)
     return broken + _outside(problem, reaches, 1 / stretch)
 
 

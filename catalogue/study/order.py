@@ -15,16 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kinematics.types import Array, Floats
-from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
+from ..problem.bounds import BOUNDS
+from ..problem.constraints import PRESCRIBED, REGIONS, Constraints
 from ..problem.problem import Request
 
 #: Upper bounds: larger is looser.
-_UPPER = tuple(name for name in (*LENGTHS, *DRIVE) if name.startswith("max_"))
+_UPPER = tuple(name for name, row in BOUNDS.items() if row.upper)
 #: Lower bounds: smaller is looser.
-_LOWER = (
-    *(name for name in (*LENGTHS, *DRIVE) if name.startswith("min_")),
-    *("min_transmission", "min_transmission_turn", "order"),
-)
+_LOWER = (*(name for name, row in BOUNDS.items() if not row.upper), "order")
 #: Switches: off is looser.
 _SWITCHES = ("pins_only", "full_rotation")
 _SORTS = ("families", "series", "configurations")

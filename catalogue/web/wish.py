@@ -16,7 +16,8 @@ from ..api import Catalogue
 from ..errors import CatalogueError, InvalidRequest, quoted, shortened
 from ..find.codes import is_code
 from ..find.names import SINGULAR
-from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
+from ..problem.bounds import DRIVE, LENGTHS, TRANSMISSIONS
+from ..problem.constraints import PRESCRIBED, REGIONS, Constraints
 from ..problem.problem import Request
 from ..units import ASSUMED, MILLIMETRES
 
@@ -39,7 +40,7 @@ GROUPS = {
     "Kind": ("family", "series", "configuration", "order", "pins_only", "slots", "returns"),
     "Place": (*REGIONS, "keep_out", *PRESCRIBED, "within"),
     "Size": LENGTHS,
-    "Drive": ("min_transmission", "min_transmission_turn", "full_rotation", *DRIVE),
+    "Drive": (*(row.name for row in TRANSMISSIONS), "full_rotation", *DRIVE),
     "Choice": (),
 }
 #: Fields before the groups: those asked most.

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from catalogue import InvalidRequest
-from catalogue.problem.constraints import DRIVE, LENGTHS, Constraints
+from catalogue.problem.bounds import DRIVE, LENGTHS
+from catalogue.problem.constraints import Constraints
 
 NUMBERS = [
     (math.nan, "finite number above zero, not nan"),

@@ -20,7 +20,7 @@ from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.guidance.slides import slide_ends, slide_runs
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
-from catalogue.problem.constraints import DRIVE
+from catalogue.problem.bounds import DRIVE
 from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
 from catalogue.refine.driving import Driving
