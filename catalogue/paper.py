@@ -60,7 +60,7 @@ def blank(width: float, height: float) -> Figure:
         raise MissingExtra(MISSING) from error
     figure = Figure(figsize=(width, height), dpi=100, facecolor=PAPER)
     FigureCanvasAgg(figure)
-    setattr(figure, "_repr_png_", partial(_written, figure, "png"))  # noqa: B010, mypy knows no such attribute
+    setattr(figure, "_repr_png_", partial(rendered, figure, "png"))  # noqa: B010, mypy knows no such attribute
     return figure
 
 
@@ -74,7 +74,7 @@ def literal(figure: Figure) -> None:
 
 def write(figure: Figure, file: Path, kind: str) -> None:
     """Write a figure to a file, replacing an existing one."""
-    write_bytes(_written(figure, kind), file)
+    write_bytes(rendered(figure, kind), file)
 
 
 def write_bytes(content: bytes, file: Path) -> None:
@@ -86,7 +86,7 @@ def write_bytes(content: bytes, file: Path) -> None:
         raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
 
 
-def _written(figure: Figure, kind: str) -> bytes:
+def rendered(figure: Figure, kind: str) -> bytes:
     """Render the figure as the bytes of a file."""
     out = io.BytesIO()
     figure.savefig(out, format=kind, dpi=DPI, facecolor=PAPER, metadata=FORMATS[kind])

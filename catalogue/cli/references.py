@@ -63,8 +63,8 @@ def guides(
             continue
         if isinstance(one, OwnChain):
             raise InvalidRequest(
-                f"{reference} is a mechanism of many bars: measure, trace, show and export take it, this command does "
-                "not yet"
+                f"{reference} is a mechanism of many bars: measure, trace, show, export, sheet take it, this command "
+                "does not yet"
             )
         if not hasattr(one, "pivots"):
             raise InvalidRequest(f"{reference} is no planar guide: it can be shown, not measured")

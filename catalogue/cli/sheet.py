@@ -41,6 +41,8 @@ def sheet(
 ) -> None:
     """Write a one-page data sheet: drawing, lengths with tolerances, limits, curves.
 
+    Of a mechanism of many bars: drawing, lengths, joints, range of the drive, curves.
+
     Lengths are in the unit of the guide, or converted to --unit; an unknown unit is taken as
     millimetres, with a note on the sheet.
 
@@ -51,9 +53,9 @@ def sheet(
     from ..paper import kind_of
 
     kind_of(out, KINDS)
-    every = resolve(reference, point, db, plugins)
+    every = resolve(reference, point, db, plugins, chains=True)
     if len(every) != 1:
-        raise InvalidRequest(f"{reference} holds {len(every)} linkages: a sheet shows one")
+        raise InvalidRequest(f"{reference} holds {len(every)} mechanisms: a sheet shows one")
     every[0].sheet(out, paper=paper, unit=unit(), scale=scale)
     keep(every[0])
     print(f"written: {out}", file=sys.stderr)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +79,30 @@ class ChainPicture:
         """Structure of the mechanism."""
         return self.circuit.chain.structure
 
+    @cached_property
+    def curve(self) -> Complexes:
+        """Points of the path, (m,) [length]."""
+        return self.circuit.poses(self.path[:, None]).joint(self.point)[:, 0]
+
+    @cached_property
+    def at(self) -> Poses:
+        """The pose, then the ghosts."""
+        return self.circuit.poses(np.append(self.middle, self.ghosts)[:, None])
+
+    @cached_property
+    def shown(self) -> Complexes:
+        """Positions of the joints in the pose and the ghosts, (j, 1 + k) [length]."""
+        return np.array([self.at.joint(j)[:, 0] for j in range(len(self.structure.joints))])
+
+    @property
+    def box(self) -> tuple[complex, complex]:
+        """Lower left and upper right corner of all that is drawn [length]."""
+        structure, z = self.structure, self.shown[:, 0]
+        wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, z)]
+        rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
+        every = np.concatenate([self.curve, self.shown.ravel(), rims])
+        return complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
+
 
 def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
     """Draw a mechanism in one pose, with its path and ghosts.
@@ -89,14 +114,7 @@ def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
         PNG, SVG or PDF by suffix.
     """
     kind = None if file is None else kind_of(file)
-    structure, found, ghosts = one.structure, one.circuit, one.ghosts
-    z = found.poses(one.path[:, None]).joint(one.point)[:, 0]
-    at = found.poses(np.append(one.middle, ghosts)[:, None])
-    shown = np.array([at.joint(j)[:, 0] for j in range(len(structure.joints))])
-    wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, shown[:, 0])]
-    rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
-    every = np.concatenate([z, shown.ravel(), rims])
-    low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
+    low, high = one.box
     inner = PAGE.width - 2 * PAGE.margin
     inch = max((high - low).real / inner, (high - low).imag / (PAGE.high - PAGE.title - PAGE.margin))
     height = max(PAGE.low, (high - low).imag / inch + PAGE.title + PAGE.margin)
@@ -109,17 +127,22 @@ def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
     axes.set_xlim(centre.real - 0.5 * PAGE.width * inch, centre.real + 0.5 * PAGE.width * inch)
     axes.set_ylim(centre.imag - half, centre.imag + half)
     axes.set_aspect("equal")
-    pen = Pen(axes, inch / 72)
-    pen.line(z, "path", color=PATH, linewidth=1.8, zorder=7)
-    for ghost in range(1, 1 + len(ghosts)):
-        _bars(pen, one, at, shown[:, ghost], ghost, f"ghost-{ghost}-", ghost=True)
-    _wheels(pen, one, shown[:, 0])
-    _bars(pen, one, at, shown[:, 0], 0, "")
-    _joints(pen, one, shown[:, 0])
+    put_chain(Pen(axes, inch / 72), one)
     literal(figure)
     if file is not None and kind is not None:
         write(figure, Path(file), kind)
     return figure
+
+
+def put_chain(pen: Pen, one: ChainPicture) -> None:
+    """Draw path, ghosts, wheels, bars and joints with a pen."""
+    shown = one.shown
+    pen.line(one.curve, "path", color=PATH, linewidth=1.8, zorder=7)
+    for ghost in range(1, 1 + len(one.ghosts)):
+        _bars(pen, one, one.at, shown[:, ghost], ghost, f"ghost-{ghost}-", ghost=True)
+    _wheels(pen, one, shown[:, 0])
+    _bars(pen, one, one.at, shown[:, 0], 0, "")
+    _joints(pen, one, shown[:, 0])
 
 
 def _title(figure: Figure, one: ChainPicture, height: float) -> None:

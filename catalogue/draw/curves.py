@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,12 +11,13 @@ from ..kinematics.types import Floats
 from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
 from ..units import LENGTH
 from .poses import output
-from .words import described, plain
+from .words import described, has_bars, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from ..find.own_chain import OwnChain
     from ..find.placed import PlacedGuide
 
 #: Positions of a curve: every half degree of a full turn.
@@ -30,6 +31,8 @@ HEIGHT = 1.25
 LABELS = 0.55
 #: Largest drawn value over the median: an advantage is unbounded near a dead point.
 TALLEST = 6.0
+#: Unit of angles.
+DEGREES = "°"
 
 
 class Curve(NamedTuple):
@@ -41,14 +44,58 @@ class Curve(NamedTuple):
     zero: bool  #: whether the axis begins at zero
 
 
-def curves(guide: PlacedGuide) -> tuple[str, Floats, list[Curve]]:
-    """Compute the curves of a guide in its unit.
+class Drive(NamedTuple):
+    """The drive from the start of a motion: what it measures, of which bar, in which unit."""
 
-    Returns
-    -------
-    str, ndarray, list of Curve
-        Name of the drive, its angles from the start [deg], and the curves.
-    """
+    what: str
+    of: str
+    unit: str
+    values: Floats
+
+    @property
+    def name(self) -> str:
+        """Text for an axis."""
+        return f"{self.what} of {self.of} from the start"
+
+    @property
+    def label(self) -> str:
+        """Text for an axis, with unit."""
+        return f"{self.name} [{self.unit}]"
+
+    @property
+    def mark(self) -> str:
+        """What follows a value."""
+        return self.unit if self.unit == DEGREES else f" {self.unit}"
+
+
+def curves(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
+    """Compute the curves of a guide in its unit, over its drive."""
+    one: Any = guide
+    return _of_bars(one) if has_bars(guide) else _of_linkage(one)
+
+
+def _of_bars(one: OwnChain) -> tuple[Drive, list[Curve]]:
+    """Compute speed and transmission angle of many bars, of a stretch the deviation too."""
+    moved = one.motion(SAMPLES)
+    stretch: Any = one  # a `ChainStretch` if it has a stroke
+    found = []
+    if hasattr(one, "stroke"):
+        unit = f" [{one.unit}]" if one.unit else ""
+        found = [Curve(f"deviation{unit}", stretch.deviations(moved.points[one.point]), PATH, False)]
+    per = "1" if moved.pushed else f"{one.unit or LENGTH}/rad"
+    found.append(Curve(f"speed of {one.point} [{per}]", np.abs(moved.velocities[one.point]), COUPLER, True))
+    if one.chain.structure.dyads:
+        found.append(Curve("transmission angle [°]", moved.transmission, INK, True))
+    what = "way" if moved.pushed else "angle"
+    unit = one.unit or LENGTH if moved.pushed else DEGREES
+    return Drive(what, one.drive, unit, moved.drive - moved.drive[0]), _finite(found)
+
+
+def _finite(found: list[Curve]) -> list[Curve]:
+    return [one for one in found if np.isfinite(one.values).any()]
+
+
+def _of_linkage(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
     moved, _ = guide.drawn_motion(SAMPLES)
     drive = moved.drive - moved.drive[0]
     length = f" [{guide.unit}]" if guide.unit else ""
@@ -67,14 +114,14 @@ def curves(guide: PlacedGuide) -> tuple[str, Floats, list[Curve]]:
         Curve("mechanical advantage", moved.advantage, GREY, True),
     ]
     name = f"crank {moved.driver}" if moved.driver else "the coupler"
-    return name, drive, [one for one in found if np.isfinite(one.values).any()]
+    return Drive("angle", name, DEGREES, drive), _finite(found)
 
 
 def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
     """Draw the curves of a guide; see `catalogue.Candidate.plot_curves`."""
     kind = None if file is None else kind_of(file)
     guide = guide.in_unit(unit)
-    name, drive, shown = curves(guide)
+    drive, shown = curves(guide)
     total = TITLE + HEIGHT * len(shown) + LABELS
     figure = blank(WIDTH, total)
     title = described(guide)
@@ -83,9 +130,9 @@ def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str
     for k, one in enumerate(shown):
         low = (LABELS + HEIGHT * (len(shown) - 1 - k)) / total
         axes = figure.add_axes((LEFT / WIDTH, low, wide, 0.68 * HEIGHT / total), gid=one.name.split(" [")[0])
-        panel(axes, drive, one, labelled=k == len(shown) - 1)
+        panel(axes, drive.values, one, labelled=k == len(shown) - 1)
         if k == len(shown) - 1:
-            axes.set_xlabel(f"angle of {name} from the start [°]", family=SANS, size=8, color=INK)
+            axes.set_xlabel(drive.label, family=SANS, size=8, color=INK)
     if file is not None and kind is not None:
         write(figure, Path(file), kind)
     return figure

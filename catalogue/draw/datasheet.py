@@ -16,7 +16,7 @@ from ..guidance.allowance import PROBABILITY
 from ..kinematics.linkage import PR
 from ..units import ASSUMED, ASSUMPTION
 from .units import decimals, fixed, length
-from .words import asked, facts, family
+from .words import asked, facts, family, has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -29,6 +29,28 @@ SIDES = 2
 SHARE = round(100 * PROBABILITY)
 #: Order of contact of an exact guide.
 EXACT_ORDER = 99
+
+
+@dataclass(frozen=True)
+class Room:
+    """Room for tables.
+
+    Attributes
+    ----------
+    letters : int
+        Most letters of a name.
+    lines : int
+        Lines of a table beside which the drawing keeps its height.
+    drawing : float
+        Least height of the drawing beside longer ones [mm].
+    """
+
+    letters: int = 28
+    lines: int = 10
+    drawing: float = 60.0
+
+
+ROOM = Room()
 
 
 @dataclass(frozen=True)
@@ -55,10 +77,17 @@ class Content:
     theory: list[str]
     provenance: str
 
+    @property
+    def lines(self) -> int:
+        """Lines of the longest table, of its columns' names too."""
+        return max(len(table.rows) + any(table.columns) for table in (self.lengths, self.pivots, self.limits))
+
 
 def content(guide: PlacedGuide, code: str) -> Content:
     """Collect the contents of a sheet, in the unit of the guide or in `ASSUMED`."""
     unit = guide.unit or ASSUMED
+    if has_bars(guide):
+        return _of_bars(guide, code, unit)
     configuration = getattr(guide, "configuration", "")
     return Content(
         series=getattr(guide, "series", "") or getattr(guide, "name", ""),
@@ -71,6 +100,61 @@ def content(guide: PlacedGuide, code: str) -> Content:
         theory=_theory(guide, unit),
         provenance=_provenance(guide, code),
     )
+
+
+def _of_bars(one: Any, code: str, unit: str) -> Content:
+    """Collect the contents of the sheet of an `OwnChain`: no theory, no tolerances."""
+    structure, digits = one.chain.structure, _digits(one, unit)
+    lengths: list[tuple[str, ...]] = [(_short(name), fixed(value, digits)) for name, value in one.lengths.items()]
+    joints: list[tuple[str, ...]] = [
+        (_short(name), *(fixed(value, digits) for value in place)) for name, place in one.joints.items()
+    ]
+    for slide, along in zip(structure.slides, one.chain.u[:, 0].tolist(), strict=True):
+        angle = math.degrees(math.atan2(along.imag, along.real)) % 180
+        joints.append((_short(f"{slide.second} on {slide.first}"), f"{angle:.4f}°", ""))
+    notes = [
+        f"{gear.second} is kept parallel to {gear.first}"
+        if gear.ratio == 1
+        else f"{gear.second} turns {gear.ratio:.6g} times as {gear.first}, seen from {gear.carrier}"
+        for gear in structure.gears
+    ]
+    return Content(
+        series=_short(one.name) or "Mechanism",
+        kind=family(one),
+        code=code,
+        facts=facts(one, unit),
+        lengths=Table("Lengths", ("", unit), lengths, "lengths between joints of a bar"),
+        pivots=Table("Joints in the given pose", ("", f"x [{unit}]", f"y [{unit}]"), joints),
+        limits=Table("Limits", ("", ""), _limits_of_bars(one, unit), "drive and places from the given pose"),
+        theory=notes,
+        provenance=_provenance(one, code),
+    )
+
+
+def _short(name: str) -> str:
+    """Leave out the middle of a name that is longer than a cell."""
+    half = ROOM.letters // 2
+    return name if len(name) <= ROOM.letters else f"{name[: half - 1]}…{name[-half:]}"
+
+
+def _limits_of_bars(one: Any, unit: str) -> list[tuple[str, ...]]:
+    """List drive, and of a stretch what was measured over it."""
+    structure = one.chain.structure
+
+    def driven(value: float) -> str:
+        return length(value, unit) if structure.is_pushed else f"{value:.2f}°".replace("-", "−")
+
+    rows: list[tuple[str, ...]] = []
+    if one.drive_range is None:
+        rows.append((f"{one.drive} turns", "fully"))
+    else:
+        rows += [(f"{one.drive} {way}", driven(end)) for way, end in zip(("from", "to"), one.drive_range, strict=True)]
+    if hasattr(one, "stroke"):
+        rows += [("stroke from", driven(one.drive_from)), ("stroke to", driven(one.drive_to))]
+        x, y = one.start
+        rows += [("starts at x", length(x, unit)), ("starts at y", length(y, unit))]
+        rows.append(("runs along", f"{one.along:.2f}°".replace("-", "−")))
+    return rows + _limits(one, unit)
 
 
 def paper_of(name: str) -> tuple[float, float]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.types import Floats
 from ..markup import Markup, element, fill, join
 from ..units import ASSUMED, millimetres
-from .curves import TALLEST, Curve, curves
+from .curves import TALLEST, Curve, Drive, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
 from .moving import drawing
@@ -17,7 +17,7 @@ from .moving_style import DARK, LIGHT, properties
 from .poses import poses
 from .svg import Clock, number, polyline, text
 from .units import Scale, length
-from .words import described
+from .words import described, has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -80,8 +80,8 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
     """
     wide, high = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
-    svg = _drawn(here, scale, wide - 2 * MARGIN, high - BELOW)
-    name, drive, shown = curves(here)
+    svg = (_picture if has_bars(here) else _drawn)(here, scale, wide - 2 * MARGIN, high - BELOW)
+    drive, shown = curves(here)
     return fill(
         _PAGE,
         title=described(here, told.code),
@@ -98,7 +98,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
         tables=_tables(told),
         note=told.lengths.note,
         stops=told.limits.note,
-        curves=join(_curve(name, drive, one) for one in shown[:4]),
+        curves=join(_curve(drive, one) for one in shown[:4]),
         theory=join(element("p", line) for line in told.theory),
         provenance=told.provenance,
     )
@@ -131,6 +131,19 @@ def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> M
     )
 
 
+def _picture(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
+    """Return the drawing of many bars as a picture in true millimetres with a scale bar."""
+    from ..paper import blank, literal, rendered
+    from .datasheet_pdf import INCH, to_scale
+
+    figure = blank(wide / INCH, high / INCH)
+    to_scale(figure.add_axes((0, 0, 1, 1)), guide, scale, wide, high)
+    literal(figure)
+    data = b64encode(rendered(figure, "png")).decode()
+    style = f"display: block; width: {number(wide)}mm; height: {number(high)}mm"
+    return element("img", src=f"data:image/png;base64,{data}", alt=described(guide), style=style)
+
+
 def _tables(told: Content) -> Markup:
     return join(_table(table) for table in (told.lengths, told.pivots, told.limits))
 
@@ -141,11 +154,11 @@ def _table(table: Table) -> Markup:
     return element("section", element("h2", table.heading), element("table", element("tr", *head), *rows))
 
 
-def _curve(name: str, drive: Floats, curve: Curve) -> Markup:
+def _curve(over: Drive, curve: Curve) -> Markup:
     """Return one curve over the drive, with its range at the axis."""
     wide, high = CURVE
     left, top, bottom = 12.0, 4.5, high - 5.0
-    values = curve.values
+    values, drive = curve.values, over.values
     low, top_value = float(np.nanmin(values)), float(np.nanmax(values))
     if curve.zero:
         low, top_value = 0.0, min(top_value, TALLEST * float(np.nanmedian(values)))
@@ -165,10 +178,8 @@ def _curve(name: str, drive: Floats, curve: Curve) -> Markup:
     for value, at in ((low, bottom), (top_value, top + 1.5)):
         parts.append(text(f"{value:.3g}".replace("-", "−"), complex(left - 1, at), "", text_anchor="end"))
     for value, at, anchor in ((low_drive, left, "start"), (high_drive, wide, "end")):
-        parts.append(text(f"{value:.4g}°".replace("-", "−"), complex(at, bottom + 3), "", text_anchor=anchor))
-    parts.append(
-        text(f"angle of {name} from the start", complex(0.5 * (left + wide), bottom + 3), "", text_anchor="middle")
-    )
+        parts.append(text(f"{value:.4g}{over.mark}".replace("-", "−"), complex(at, bottom + 3), "", text_anchor=anchor))
+    parts.append(text(over.name, complex(0.5 * (left + wide), bottom + 3), "", text_anchor="middle"))
     return element(
         "svg",
         *parts,

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
+from .chain import put_chain
 from .curves import curves, panel
-from .datasheet import Content, Table, content, paper_of
+from .datasheet import ROOM, Content, Table, content, paper_of
 from .mechanism import drawn
 from .poses import poses
 from .scene import Scene, scene, scene_of
 from .sheet import stroked
 from .symbols import Pen
 from .units import Scale, length
+from .words import has_bars
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,17 +49,36 @@ def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = No
     See `catalogue.Candidate.sheet`.
     """
     width, height = paper_of(paper)
-    told = content(here := guide.in_unit(unit), guide.code)
+    told = fitting(content(here := guide.in_unit(unit), guide.code), height)
     figure = blank(width / INCH, height / INCH)
     page = _Page(figure, width, height)
     _head(page, told)
-    top, deep = TITLE + 2, height - TITLE - 2 - BELOW
+    rows = max(ROOM.lines, told.lines)
+    top, deep = TITLE + 2, height - TITLE - 2 - BELOW - LINE * (rows - ROOM.lines)
     _drawing(page, here, scale, top, deep)
     foot = top + deep + 7
     _tables(page, told, foot)
     _curves(page, here, height - MARGIN - 29 - 2 * CURVES - GAP)
     _foot(page, told, height - MARGIN - 15)
     return figure
+
+
+def fitting(told: Content, height: float) -> Content:
+    """Leave out lengths and joints that the page has no lines for, and say how many."""
+    most = ROOM.lines + int((height - TITLE - 2 - BELOW - ROOM.drawing) / LINE)
+
+    def short(table: Table) -> Table:
+        left = len(table.rows) + any(table.columns) - most
+        if left <= 0:
+            return table
+        more = (f"and {left + 1} more", *[""] * (len(table.columns) - 1))
+        return replace(
+            table,
+            rows=[*table.rows[: len(table.rows) - left - 1], more],
+            note=f"{table.note}; `export` has all in JSON",
+        )
+
+    return replace(told, lengths=short(told.lengths), pivots=short(told.pivots), limits=short(told.limits))
 
 
 class _Page:
@@ -91,21 +113,37 @@ def _head(page: _Page, told: Content) -> None:
 
 def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, deep: float) -> None:
     """Draw the guide to scale, with the dimension of its stroke and a scale bar."""
-    candidate, unit = stroked(guide), guide.unit or ASSUMED
-    shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
-    x0, y0, x1, y1 = shown.box
-    wide, per = page.width - 2 * MARGIN, millimetres(unit)
+    wide = page.width - 2 * MARGIN
+    to_scale(page.axes(MARGIN, top, wide, deep, "linkage"), guide, scale, wide, deep)
+    page.rule(top + deep + 2)
+
+
+def to_scale(axes: Axes, guide: PlacedGuide, scale: str | None, wide: float, deep: float) -> None:
+    """Draw a guide in axes of a size in millimetres, with a scale bar."""
+    unit = guide.unit or ASSUMED
+    mechanism: Any = guide  # an `OwnChain`, or a linkage of two dyads
+    candidate = None if has_bars(guide) else stroked(guide)
+    shown: Any
+    if has_bars(guide):
+        shown = mechanism.picture()
+        (x0, y0), (x1, y1) = ((z.real, z.imag) for z in shown.box)
+    else:
+        shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
+        x0, y0, x1, y1 = shown.box
+    per = millimetres(unit)
     sides = ((wide - 2 * BORDER, x1 - x0), (deep - 8 - 2 * BORDER, y1 - y0))
     room = min(free / side if side > 0 else np.inf for free, side in sides)
     to = Scale.named(scale) if scale is not None else Scale.fitting(room / per)
     ratio = to.ratio * per  # millimetres on paper per unit
-    axes = page.axes(MARGIN, top, wide, deep, "linkage")
     axes.set_axis_off()
     axes.set_xlim(0.5 * (x0 + x1) - 0.5 * wide / ratio, 0.5 * (x0 + x1) + 0.5 * wide / ratio)
     middle = 0.5 * (y0 + y1) - 4 / ratio
     axes.set_ylim(middle - 0.5 * deep / ratio, middle + 0.5 * deep / ratio)
     pen = Pen(axes, INCH / 72 / ratio)
-    drawn(pen, shown)
+    if has_bars(guide):
+        put_chain(pen, shown)
+    else:
+        drawn(pen, shown)
     if candidate is not None:
         _dimension(pen, shown, length(candidate.stroke, unit))
     step = to.bar(unit, 45.0)
@@ -115,7 +153,6 @@ def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, dee
     pen.line(np.array([ends[0] + tick, ends[0], ends[1], ends[1] + tick]), "scale", color=GREY, linewidth=0.9, zorder=1)
     said = f"{length(step, unit)}   ·   scale {to}"
     axes.text(ends[1].real + 2 / ratio, low, said, family=SANS, size=7.5, color=GREY, va="bottom", gid="scale-length")
-    page.rule(top + deep + 2)
 
 
 def _dimension(pen: Pen, shown: Scene, words: str) -> None:
@@ -157,8 +194,9 @@ def _tables(page: _Page, told: Content, top: float) -> None:
     inner = page.width - 2 * MARGIN
     for table, left, share in ((told.lengths, 0.0, 0.29), (told.pivots, 0.325, 0.335), (told.limits, 0.695, 0.305)):
         _table(page, table, MARGIN + left * inner, top, share * inner)
+    foot = top + (max(ROOM.lines, told.lines) + 1.2) * LINE
     for k, table in enumerate((told.lengths, told.limits)):
-        page.text(MARGIN, top + 11.2 * LINE + 3.6 * k, table.note, 6.6, color=GREY)
+        page.text(MARGIN, foot + 3.6 * k, table.note, 6.6, color=GREY)
 
 
 def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> None:
@@ -177,14 +215,14 @@ def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> N
 
 
 def _curves(page: _Page, guide: PlacedGuide, top: float) -> None:
-    name, drive, shown = curves(guide)
+    drive, shown = curves(guide)
     across = 0.5 * (page.width - 2 * MARGIN - GAP)
     for k, one in enumerate(shown[:4]):
         x, y = MARGIN + 5 + (k % 2) * (across + GAP), top + (k // 2) * (CURVES + GAP)
         axes = page.axes(x, y, across - 5, CURVES, one.name.split(" [")[0])
-        panel(axes, drive, one, size=7.0)
+        panel(axes, drive.values, one, size=7.0)
         if k + 2 >= len(shown[:4]):
-            axes.set_xlabel(f"angle of {name} from the start [°]", family=SANS, size=6.6, color=GREY, labelpad=1.5)
+            axes.set_xlabel(drive.label, family=SANS, size=6.6, color=GREY, labelpad=1.5)
 
 
 def _foot(page: _Page, told: Content, top: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .units import length
 
@@ -22,9 +22,17 @@ FAMILIES = {
 }
 
 
+def has_bars(guide: PlacedGuide) -> bool:
+    """Tell whether a guide is a mechanism of many bars, an `OwnChain`."""
+    return hasattr(guide, "bars")
+
+
 def family(guide: PlacedGuide) -> str:
-    """Return the name of a guide's family for a title."""
-    name = str(guide.linkage.family[0])
+    """Return the name of a guide's family for a title; of many bars their number."""
+    one: Any = guide
+    if has_bars(guide):
+        return f"mechanism of {len(one.bars)} bars"
+    name = str(one.linkage.family[0])
     return FAMILIES.get(name, name)
 
 
@@ -70,6 +78,9 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
         told.append(f"dwell of {angle:.4g}° of the crank within {residual:.3g}°, swing {swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:
         told.append(f"minimum transmission angle {least:.0f}°")
+    if has_bars(guide):
+        mechanism: Any = guide
+        return [f"{mechanism.drive} drives", *told]
     return told or [f"{name} {value:.4g} {unit}".rstrip() for name, value in guide.lengths.items()]
 
 

@@ -17,6 +17,7 @@ from ..chains.lengths import spans
 from ..errors import InvalidRequest, quoted
 from ..given import text
 from ..guidance.circuit_curve import fitted
+from ..guidance.deviation_curve import from_circle
 from ..kinematics.circuits import OPEN, TURN
 from ..kinematics.sampling import Samples, resolved
 from ..kinematics.splines import SPLINE_ERROR, place_points
@@ -30,6 +31,7 @@ from .run import PART, ROUNDED
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..draw.chain import ChainPicture
     from .measure import Measured
 
 
@@ -294,17 +296,19 @@ class OwnChain:
         """
         if moving:
             raise InvalidRequest("a mechanism of many bars is not animated yet: draw it without --moving")
-        from ..draw.chain import ChainPicture, draw_chain
+        from ..draw.chain import draw_chain
 
-        one = self.in_unit(unit)
-        low, middle, high = one.drawn
-        path, ends = (
-            one.samples(low, high).polyline([0]),
-            np.array([low, high] if isinstance(one, ChainStretch) else []),
-        )
-        facts = [*one.facts, f"lengths in {one.unit}" if one.unit else ""]
-        picture = ChainPicture(one.circuit, one.read.point, path, middle, ends, one.name or "Mechanism", facts)
-        return draw_chain(picture, file)
+        return draw_chain(self.in_unit(unit).picture(), file)
+
+    def picture(self) -> ChainPicture:
+        """Return what a drawing shows: pose, path and ghosts, in the unit of the mechanism."""
+        from ..draw.chain import ChainPicture
+
+        low, middle, high = self.drawn
+        path = self.samples(low, high).polyline([0])
+        ends = np.array([low, high] if isinstance(self, ChainStretch) else [])
+        facts = [*self.facts, f"lengths in {self.unit}" if self.unit else ""]
+        return ChainPicture(self.circuit, self.read.point, path, middle, ends, self.name or "Mechanism", facts)
 
     @property
     def drawn(self) -> tuple[float, float, float]:
@@ -369,29 +373,40 @@ class OwnChain:
 
         return export(self, file, format, **options)
 
-    def sheet(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
-        """Refuse, by name.
+    def sheet(self, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> None:
+        """Write a data sheet: drawing to scale, lengths, joints, limits and curves over the drive.
 
         Parameters
         ----------
-        asked, how
-            Are not looked at.
-        """
-        self._refuse_verb("sheet")
+        file, paper, unit, scale
+            As of `PlacedGuide.sheet`; the drawing of a page of HTML does not move.
 
-    def plot_curves(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
-        """Refuse, by name.
+        Raises
+        ------
+        InvalidRequest, MissingExtra
+            As `PlacedGuide.sheet`; also for HTML without matplotlib.
+        """
+        from ..draw.datasheet_file import sheet
+
+        guide: Any = self
+        sheet(guide, file, paper=paper, unit=unit, scale=scale)
+
+    def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
+        """Draw speed, transmission angle, and of a stretch the deviation over the drive.
 
         Parameters
         ----------
-        asked, how
-            Are not looked at.
+        file, unit
+            As of `plot`.
         """
-        self._refuse_verb("plot_curves")
+        from ..draw.curves import draw_curves
+
+        guide: Any = self
+        return draw_curves(guide, file, unit=unit)
 
     def _refuse_verb(self, verb: str) -> NoReturn:
         raise InvalidRequest(
-            f"{verb} is not offered for a mechanism of many bars yet: measure, trace, show and export are"
+            f"{verb} is not offered for a mechanism of many bars yet: measure, trace, show, export and sheet are"
         )
 
 
@@ -479,6 +494,24 @@ class ChainStretch(OwnChain):
             "drive_from": float(ends[0]),
             "drive_to": float(ends[1]),
         }
+
+    def deviations(self, z: Complexes) -> Floats:
+        """Return the signed distances of places of the path from its line or arc.
+
+        Parameters
+        ----------
+        z : complex ndarray, shape (m,)
+            From the start of the path to its end [length].
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Positive to the left of the path [length].
+        """
+        if self.radius is not None:
+            return np.asarray(from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, np.finfo(float).tiny)))
+        off = ((z - complex(*self.start)) * np.exp(-1j * np.radians(self.along))).imag
+        return np.asarray(off - 0.5 * (off.max() + off.min()))
 
     def deviation_again(self) -> float:
         """Measure the deviation from the minimum zone over the stretch, on a grid of its own."""

@@ -35,10 +35,10 @@ TICKS = 4
 def charts(one: Candidate) -> tuple[Markup, ...]:
     """Chart the quantities of a guide over its drive; none for a point that returns."""
     try:
-        name, drive, found = curves(one)
+        drive, found = curves(one)
     except InvalidRequest:
         return ()
-    return tuple(chart(curve, drive, name) for curve in found)
+    return tuple(chart(curve, drive.values, drive.of) for curve in found)
 
 
 def chart(curve: Curve, drive: Floats, name: str) -> Markup:

@@ -95,14 +95,13 @@ def test_export_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_
     ("command", "more"),
     [
         ("improve", ["--stroke", "10", "--deviation", "1"]),
-        ("sheet", ["--out", "a.pdf"]),
         ("classify", []),
     ],
 )
 def test_other_commands_refuse_it_by_name(run: Run, leg: Path, command: str, more: list[str]) -> None:
     done = run(command, leg, *more)
     assert done.code == 2
-    assert "is a mechanism of many bars: measure, trace, show and export take it" in done.line
+    assert "is a mechanism of many bars: measure, trace, show, export, sheet take it" in done.line
 
 
 @pytest.mark.parametrize(
@@ -142,3 +141,14 @@ def test_bad_options_get_one_line(run: Run, leg: Path, tmp_path: Path) -> None:
     two = tmp_path / "two.json"
     two.write_text('{"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}')
     assert "--distance is for a mechanism of many bars" in run("trace", two, "--distance", "A,B").line
+
+
+def test_sheet_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_path: Path) -> None:
+    code = json.loads(run("measure", leg, "--stroke", 30, "--format", "json").out)[0]["code"]
+    for what in (leg, code):
+        for name in ("a.pdf", "a.html"):
+            assert run("sheet", what, "--out", tmp_path / name, "--unit", "in", "--force").code == 0
+            assert (tmp_path / name).stat().st_size > 10_000
+    both = tmp_path / "legs.json"
+    both.write_text(json.dumps([JANSEN, CHEBYSHEV]))
+    assert "holds 2 mechanisms: a sheet shows one" in run("sheet", both, "--out", tmp_path / "b.pdf").line

@@ -242,9 +242,10 @@ def test_html_needs_no_matplotlib_and_pdf_names_the_extra(monkeypatch: pytest.Mo
 
 
 def test_curves_are_those_of_the_motion() -> None:
-    name, drive, shown = curves(ARC.in_unit("mm"))
+    over, shown = curves(ARC.in_unit("mm"))
+    drive = over.values
     by_name = {one.name: one.values for one in shown}
-    assert name == f"crank {ARC.motion(2).driver}"
+    assert over.label == f"angle of crank {ARC.motion(2).driver} from the start [°]"
     assert list(by_name) == [
         "deviation [mm]", "speed of the guided point [mm/rad]", "transmission angle [°]", "mechanical advantage"
     ]  # fmt: skip
@@ -253,9 +254,9 @@ def test_curves_are_those_of_the_motion() -> None:
     guided = ARC.motion(len(drive)).points["guided"]
     chords = np.abs(np.gradient(guided, np.radians(drive)))
     np.testing.assert_allclose(by_name["speed of the guided point [mm/rad]"][3:-3], chords[3:-3], rtol=1e-3)
-    _, _, exact = curves(EXACT)
+    _, exact = curves(EXACT)
     assert "mechanical advantage" not in {one.name for one in exact}  # the coupler drives: there is none
-    _, _, dwell = curves(DWELL)
+    _, dwell = curves(DWELL)
     assert np.ptp(dwell[0].values) == pytest.approx(DWELL.swing, rel=1e-3)
     assert dwell[0].values[0] == 0
     assert dwell[1].values.min() == pytest.approx(DWELL.min_transmission, abs=0.01)

@@ -55,7 +55,8 @@ def test_coordinates_have_seven_digits_of_the_size(value: float, size: float, sa
 
 @every
 def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Candidate) -> None:
-    _, drive, found = curves(made.in_unit("mm"))
+    over, found = curves(made.in_unit("mm"))
+    drive = over.values
     drawn = charts(made.in_unit("mm"))
     assert len(drawn) == len(found) > 0
     for curve, text in zip(found, drawn, strict=True):
@@ -75,7 +76,8 @@ def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Ca
 
 @every
 def test_ticks_of_a_curve_stand_where_their_value_is(made: Candidate) -> None:
-    name, drive, found = curves(made.in_unit("mm"))
+    over, found = curves(made.in_unit("mm"))
+    name, drive = over.of, over.values
     for curve, text in zip(found, charts(made.in_unit("mm")), strict=True):
         root = ET.fromstring(text)
         told = [(float(one.attrib["y"]), number(one.text)) for one in root.iter("text") if "dy" in one.attrib]
