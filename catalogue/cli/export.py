@@ -12,7 +12,7 @@ from ..errors import InvalidRequest, MissingExtra
 from ..export.formats import ASSUMING, BINARY, FORMATS, SUFFIXES, Options, chosen
 from ..export.write import check
 from ..folders import is_folder, replacing
-from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, option, several, switch
+from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, SHARE, Argument, option, several, switch
 from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
 from .units import UNIT, length, unit, warn_of_unit
@@ -85,6 +85,7 @@ _FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, UNIT, *OF_STORE)}
         UNIT,
         *OF_STORE,
         DB,
+        SHARE,
         PLUGINS,
     ]
 )

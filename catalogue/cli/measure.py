@@ -13,7 +13,7 @@ from ..find.columns import CHAIN, STRETCH, Column
 from ..find.columns import TABLE as MADE
 from ..progress import busy
 from .completion import references
-from .options import DB, FORMAT, PLUGINS, Argument, option, switch
+from .options import DB, FORMAT, PLUGINS, SHARE, Argument, option, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_table, row, tell
 from .units import UNIT, angle, in_output_unit, length, unit, with_unit
@@ -68,6 +68,7 @@ SPARE = ("nearest_series", "links", "crank", "size")
         UNIT,
         FORMAT,
         DB,
+        SHARE,
         PLUGINS,
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -74,6 +75,26 @@ DB = option(
     show_default="CATALOGUE_DB, else in the user's data directory",
     is_eager=True,  # before output files, which must be others
 )
+
+
+def _share(ctx: click.Context, param: click.Parameter, address: str | None) -> None:  # noqa: ARG001  # click gives it
+    """Set the folder of answers for this process and its workers."""
+    if address is not None and not ctx.resilient_parsing:
+        from ..find.shared import SharedFolder
+
+        SharedFolder(address).check()
+        os.environ["CATALOGUE_SHARE"] = address
+
+
+SHARE = option(
+    "--share",
+    "DIR",
+    "Folder in which a team shares answers by their codes, beside your own; or an address that fsspec opens.",
+    show_default="CATALOGUE_SHARE",
+    is_eager=True,  # before codes are looked up
+    expose_value=False,
+    callback=_share,
+)
 PLUGINS = several("--plugins", "DIR", "Folder with plugins, in addition to CATALOGUE_PLUGINS; may be repeated.")
 FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=held("family"))
 SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
@@ -95,4 +116,4 @@ ENGINE = option(
     default="processes",
 )
 #: Options of commands that query a database.
-COMMON = (FORMAT, DB, PLUGINS)
+COMMON = (FORMAT, DB, SHARE, PLUGINS)

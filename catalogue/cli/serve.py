@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .find import circular_arc, straight_line, whole_request
-from .options import DB, PLUGINS, option, switch
+from .options import DB, PLUGINS, SHARE, option, switch
 
 if TYPE_CHECKING:
     from ..problem.problem import Request
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         option("--port", "N", "Port on this machine; 0: any free one.", int, default=8095),
         switch("--browser", "Open the page in the browser."),
         DB,
+        SHARE,
         PLUGINS,
     ]
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from ..errors import InvalidRequest
-from .options import DB, PLUGINS, Argument, option
+from .options import DB, PLUGINS, SHARE, Argument, option
 from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
 from .units import UNIT, length, unit, warn_of_unit
@@ -27,6 +27,7 @@ from .units import UNIT, length, unit, warn_of_unit
         length("--point", "X Y", "Guided point of a linkage from a file, in the position of its pivots.", nargs=2),
         FORCE,
         DB,
+        SHARE,
         PLUGINS,
     ]
 )

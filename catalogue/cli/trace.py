@@ -12,7 +12,7 @@ import click
 from ..errors import InvalidRequest
 from ..progress import busy
 from .completion import references
-from .options import DB, PLUGINS, Argument, option, several
+from .options import DB, PLUGINS, SHARE, Argument, option, several
 from .references import HELP, REFERENCE, resolve
 from .units import NAMED_POINT, UNIT, in_output_unit, length
 
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
         UNIT,
         option("--format", None, "Output format.", click.Choice(["csv", "json"]), default="csv"),
         DB,
+        SHARE,
         PLUGINS,
     ]
 )

@@ -21,6 +21,7 @@ from ..kinematics.circuits import OPEN, circuits
 from ..kinematics.link_lengths import in_coupler
 from ..kinematics.linkage import PR, RR
 from ..kinematics.types import Complexes, Floats
+from .formats import has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -149,11 +150,6 @@ def taken_apart(guide: PlacedGuide) -> Links:
         pins[GUIDED] = guided
     every_link = [link_of("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)]
     return Links(every_link, path, knots, size, str(guide.linkage.family[0]), spans(guide))
-
-
-def has_bars(guide: Any) -> bool:
-    """Tell whether a guide is a mechanism of many bars, such as `catalogue.mechanism` makes."""
-    return hasattr(guide, "bars")
 
 
 def travelled(guide: PlacedGuide) -> Run:

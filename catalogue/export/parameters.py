@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .links import distinct, has_bars, rod_and_rocker, taken_apart
+from .formats import has_bars
+from .links import distinct, rod_and_rocker, taken_apart
 from .outlines import Sizes
 
 if TYPE_CHECKING:

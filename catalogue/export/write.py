@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidRequest, quoted
 from ..folders import is_folder, replacing
-from .formats import Options, chosen
-from .links import has_bars
+from .formats import Options, chosen, has_bars
 
 if TYPE_CHECKING:
     from ..find.own_chain import OwnChain

@@ -89,7 +89,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
     if found is None:
         raise InvalidRequest(
             f"no answer has the code {code} here: the last {KEPT} of this user on this machine are kept; "
-            "`find --save FILE` keeps answers for good"
+            "`find --save FILE` keeps answers for good, --share DIR in a folder for others"
         )
     try:
         held = json.loads(found)

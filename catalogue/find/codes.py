@@ -1,6 +1,7 @@
 """Codes of answers, and the private file that stores records by them.
 
-A code is derived from a digest of the record, so an answer has one code everywhere.
+A code is derived from a digest of the record, so an answer has one code everywhere.  A team may
+share a folder of answers beside its private files; see `shared`.
 """
 
 from __future__ import annotations
@@ -11,9 +12,13 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import InvalidRequest
 from ..folders import answers_file, make_folder
+
+if TYPE_CHECKING:
+    from .shared import SharedFolder
 
 #: Number of latest records to keep: about 40 MB, and two thousand searches.
 KEPT = 20_000
@@ -47,50 +52,72 @@ def is_code(text: str) -> bool:
 
 
 def keep(records: Sequence[str]) -> list[str]:
-    """Store records and return their codes.
+    """Store records, in the shared folder too if there is one, and return their codes.
 
     A record stored before moves to the end of the queue.
 
     Raises
     ------
     InvalidRequest
-        If the file of answers cannot be written, or belongs to another program.
+        If the file of answers cannot be written, or belongs to another program; if the shared
+        folder cannot be written.
     """
-    codes = []
+    codes, shared = [], _shared()
     with _opened(write=True) as file:
         assert file is not None  # opened for writing
         file.execute("BEGIN IMMEDIATE")
         for text in records:
-            code = _free_code(file, text)
+            code = _free_code(file, text, shared)
             file.execute("INSERT OR REPLACE INTO answer (code, record) VALUES (?, ?)", (code, text))
             codes.append(code)
         (held,) = file.execute("SELECT count(*) FROM answer").fetchone()
         oldest = "SELECT number FROM answer ORDER BY number LIMIT ?"
         file.execute(f"DELETE FROM answer WHERE number IN ({oldest})", (max(held - KEPT, 0),))  # nosec B608  # ours
         file.execute("COMMIT")
+    for code, text in zip(codes, records, strict=True):
+        if shared is not None:
+            shared.write(code, text)
     return codes
 
 
 def kept(code: str) -> str | bytes | None:
-    """Look up the record of a code; None if there is none.
+    """Look up the record of a code, here and in the shared folder; None if there is none.
 
     Raises
     ------
     InvalidRequest
-        If the file of answers cannot be read, or belongs to another program.
+        If the file of answers cannot be read, or belongs to another program; if the shared folder
+        cannot be read, or holds something else under this code.
     """
     with _opened(write=False) as file:
         found = file and file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
-    return (found[0] or "") if found else None
+    if found:
+        return found[0] or ""
+    shared = _shared()
+    text = shared.read(code) if shared is not None else None
+    if text is not None and code_of(text, len(code)) != code:
+        raise InvalidRequest(f"the shared answer {code} is damaged: its text is not the one that has this code")
+    return text
 
 
-def _free_code(file: sqlite3.Connection, text: str) -> str:
+def _shared() -> SharedFolder | None:
+    """Return the shared folder, if there is one."""
+    address = os.environ.get("CATALOGUE_SHARE")
+    if not address:
+        return None
+    from .shared import SharedFolder
+
+    return SharedFolder(address)
+
+
+def _free_code(file: sqlite3.Connection, text: str, shared: SharedFolder | None) -> str:
     """Find the shortest code of a record that no other record has."""
     length = LENGTH
     while True:
         code = code_of(text, length)
         held = file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
-        if held is None or held[0] == text:
+        there = shared.read(code) if shared is not None else None
+        if (held is None or held[0] == text) and there in (None, text):
             return code
         length += 1
 

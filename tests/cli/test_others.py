@@ -111,7 +111,7 @@ def test_ctrl_c_is_one_line_and_exit_code_130(run: Run, monkeypatch: pytest.Monk
 
 @pytest.mark.parametrize(
     "words",
-    [("show", "watt", "--plot"), ("plate", "I.GG", "--out"), ("export", "--series", "I.GG", "--out")],
+    [("show", "watt", "--plot"), ("plate", "I.GG", "--out"), ("export", "watt", "--out")],
     ids=["show", "plate", "export"],
 )
 @pytest.mark.slow

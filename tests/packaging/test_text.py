@@ -110,7 +110,7 @@ def test_example_family_of_the_guide_is_the_one_that_is_tested(root: Path) -> No
 def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
     project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
     extras = project["optional-dependencies"]
-    tested = ("plot", "parquet", "cad", "fast", "web")
+    tested = ("plot", "parquet", "cad", "fast", "web", "share")
     named = [*project["dependencies"], *(line for extra in tested for line in extras[extra])]
     promised = {line.replace(">=", "==") for line in named}
     oldest = (root / "tests" / "packaging" / "oldest.txt").read_text("utf-8").split("# what the oldest")[0]
