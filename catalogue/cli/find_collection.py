@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,12 +11,14 @@ from click.core import ParameterSource
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
 from ..find.columns import TABLE as MADE
+from ..problem.bounds import BOUNDS, Bound
 from ..problem.path import PathRequest
 from .find_options import OPTIONS
 from .tables import codes, print_results, print_table, row
 from .units import with_unit
 
 if TYPE_CHECKING:
+    from ..collections.spec import Collection
     from ..find.specimens import CollectionResults
 
 #: Options of `find` permitted with a collection.
@@ -26,7 +28,7 @@ KNOWN = (
     "family",
     "series",
     "special",
-    "max_rotation",
+    "pins_only",
     "rank_by",
     "limit",
     "refine",
@@ -45,24 +47,26 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
 
     default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
     for name, value in options.items():
-        if name not in KNOWN and value != default[name]:
+        if name not in KNOWN and name not in BOUNDS and value != default[name]:
             known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:9])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
     where = parsed(options["where"])
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
-        if (level := options["max_rotation"]) is not None:
-            if "rotation" not in catalogue.registry.collection(options["collection"]).metrics:
-                raise InvalidRequest(f"--level does not go with {options['collection']}: no rotation is measured there")
-            least, most = where.get("rotation", (None, None))
-            where["rotation"] = least, level if most is None else min(level, most)
+        collection = catalogue.registry.collection(options["collection"])
+        for name, row in BOUNDS.items():
+            if options[name] != default[name]:
+                _bound(where, collection, row, options[name])
+        families = options["family"]
+        if options["pins_only"]:
+            families = _pinned(collection, families)
         found = catalogue.find_in(
             options["collection"],
             request,
             limit=options["limit"],
             rank_by=options["rank_by"] or "deviation",
-            families=options["family"],
+            families=families,
             series=options["series"],
             where=where,
             special=options["special"],
@@ -76,6 +80,31 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
             plot=options["plot"],
             save=options["save"],
         )
+
+
+def _bound(
+    where: dict[str, tuple[float | None, float | None]], collection: Collection, row: Bound, value: float
+) -> None:
+    """Add the bound of an option to the conditions of --where."""
+    if row.measure not in collection.metrics:
+        option, known = f"--{row.name.replace('_', '-')}", ", ".join(collection.metrics)
+        raise InvalidRequest(f"{option} does not go with {collection.name}, which measures {known}")
+    least, most = where.get(row.measure, (None, None))
+    if row.upper:
+        where[row.measure] = least, value if most is None else min(value, most)
+    else:
+        where[row.measure] = value if least is None else max(value, least), most
+
+
+def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
+    """Return the families, among those asked for, that have pins only."""
+    if collection.pinned is None:
+        raise InvalidRequest(f"--pins-only does not go with {collection.name}: the kinds of its joints are not known")
+    found = [name for name in collection.families if name in collection.pinned and (not families or name in families)]
+    if not found:
+        which = f"none of {', '.join(families)}" if families else f"no family of {collection.name}"
+        raise InvalidRequest(f"{which} has pins only: leave out --pins-only")
+    return found
 
 
 def _asked(name: str) -> bool:

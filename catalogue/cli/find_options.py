@@ -128,8 +128,8 @@ OPTIONS = (
         "--collection",
         "NAME",
         "Search mechanisms of another kind, from a plugin (`catalogue plugins` lists them). Goes with "
-        "--family, --series, --special, --where, --rank-by (deviation or a metric), --limit, --refine and the "
-        "output options.",
+        "--family, --series, --special, --where, bounds on its metrics (such as --max-size), --rank-by (deviation "
+        "or a metric), --limit, --refine and the output options; of planar ones also --pins-only and the place.",
     ),
     several("--special", "NAME", "Only this well-known mechanism of the collection, such as RSSR; may be repeated."),
     several(

@@ -58,6 +58,10 @@ def guides(
     found = answers(reference, opened, stroke)
     if found is None:
         found = _own(reference, point)
+    if chains:
+        from ..find.specimens import stretch_of
+
+        found = [stretch_of(one) if hasattr(one, "collection") else one for one in found]
     for one in found:
         if isinstance(one, OwnChain) and chains:
             continue

@@ -7,8 +7,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import CatalogueError, PluginError
 from ..foreign_code import foreign
+from ..kinematics.types import Complexes
 from .spec import COLUMNS, Collection, Parameters
 
 
@@ -33,6 +36,9 @@ class CollectionCandidate:
         All of the mechanism, as laid.
     unit : str or None
         Of all lengths: mm, cm, m, in or ft; None if it is not known.
+    start, along : (float, float), float
+        Where the path of a planar mechanism starts [length], and its direction [deg]; the
+        parameters are laid along +x from the origin.
     """
 
     id: int
@@ -47,11 +53,23 @@ class CollectionCandidate:
     metrics: dict[str, float]
     parameters: Parameters = field(repr=False)
     unit: str | None = None
+    start: tuple[float, float] = (0.0, 0.0)
+    along: float = 0.0
+
+    @property
+    def is_placed(self) -> bool:
+        """Whether its path is elsewhere than along +x from the origin."""
+        return any(self.start) or bool(self.along)
+
+    def placed(self, z: Complexes) -> Complexes:
+        """Move places to the start and direction of the requested path [length]."""
+        return np.asarray(complex(*self.start) + z * np.exp(1j * np.radians(self.along)))
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain numbers, lists and strings, a column for each metric."""
         own = {name: getattr(self, name) for name in COLUMNS}
         own |= {"collection": self.collection.name, "special": list(self.special)}
+        own |= {"start": list(self.start), "along": self.along} if self.is_placed else {}
         parameters = own.pop("parameters")
         return {**own, **self.metrics, "parameters": dict(parameters)}
 

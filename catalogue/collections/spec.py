@@ -162,6 +162,7 @@ Classify = Callable[[Parameters], Tags]
 Starts = Callable[[Floats, Complexes, "PathRequest"], Sequence[Parameters]]
 Refine = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Parameters]]
 Plot = Callable[["CollectionCandidate", Path | None], Any]
+Mechanism = Callable[["CollectionCandidate"], tuple[Mapping[str, Any], tuple[float, float]]]
 
 
 @dataclass(frozen=True)
@@ -194,6 +195,12 @@ class Collection:
         From four-bars that answer a request, and the request, to parameters of mechanisms made of
         them: pivots (n, 2, 2, 3), for each crank the fixed and the moving one at mid-stroke, and
         guided points (n,), complex.
+    mechanism : callable, optional
+        Of planar mechanisms of many bars: from an answer to data of `catalogue.mechanism`, where
+        its path was asked for, and the phases at which its path starts and ends [rad].  Answers are
+        then measured, traced, exported as a mechanism of one's own is.
+    pinned : sequence of str, optional
+        Families whose joints are all pins; None if that is not known.
 
     Raises
     ------
@@ -215,6 +222,8 @@ class Collection:
     special: Mapping[str, Sequence[str]] = field(default_factory=dict)
     refine: Refine | None = None
     starts: Starts | None = None
+    mechanism: Mechanism | None = None
+    pinned: Sequence[str] | None = None
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -236,7 +245,7 @@ class Collection:
         for name in ("draw", "measure", "classify", "plot"):
             if not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
-        for name in ("refine", "starts"):
+        for name in ("refine", "starts", "mechanism"):
             if getattr(self, name) is not None and not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
 

@@ -295,7 +295,10 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
 
     if collection is None:
         raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
-    named = {f.name: values[f.name] for f in fields(CollectionCandidate) if f.name != "unit"}
+    own = ("unit", "start", "along")
+    named = {f.name: values[f.name] for f in fields(CollectionCandidate) if f.name not in own}
+    x, y = point("start", values.get("start", (0.0, 0.0)))
+    named |= {"start": (x, y), "along": number("along", values.get("along", 0.0))}
     named |= {
         "unit": unit_or_none(values.get("unit")),
         "collection": collection(values["collection"]),

@@ -14,6 +14,7 @@ from ..chains.chain import Chain
 from ..chains.circuits import ChainCircuits, circuits
 from ..chains.given import GivenChain, read_chain
 from ..chains.lengths import spans
+from ..collections.results import CollectionCandidate
 from ..errors import InvalidRequest, quoted
 from ..given import text
 from ..guidance.circuit_curve import fitted
@@ -544,14 +545,15 @@ class ChainStretch(OwnChain):
         return low, 0.5 * (low + high), high
 
 
-def mechanism(given: Mapping[str, Any], *, name: str = "", unit: str | None = None) -> OwnChain:
+def mechanism(given: Mapping[str, Any] | CollectionCandidate, *, name: str = "", unit: str | None = None) -> OwnChain:
     """Make a mechanism of many bars of plain data, to measure, move and draw.
 
     Parameters
     ----------
-    given : mapping
+    given : mapping or CollectionCandidate
         Joints, bars, drive and guided point, such as a JSON file holds; see
-        `catalogue.chains.given`.
+        `catalogue.chains.given`.  Or an answer of a collection of such mechanisms, of which it
+        makes a `ChainStretch`.
     name : str
         Name of the mechanism, for drawings.
     unit : str, optional
@@ -579,6 +581,10 @@ def mechanism(given: Mapping[str, Any], *, name: str = "", unit: str | None = No
     >>> mechanism(cardan, name="Cardan gears").measure(stroke=3)[0].deviation < 1e-15
     True
     """
+    if isinstance(given, CollectionCandidate):
+        from .specimens import stretch_of
+
+        return stretch_of(given)
     if not isinstance(given, Mapping):
         raise InvalidRequest(f"a mechanism of many bars is a mapping, not {quoted(given)}")
     return OwnChain.of(given, name=text("name", name), unit=unit)

@@ -27,6 +27,7 @@ from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
+from .own_chain import ChainStretch, OwnChain
 from .results import Found, Results
 
 #: Specimens to verify at once.
@@ -79,6 +80,10 @@ def find_in(
         raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; {collection.name} has {', '.join(criteria)}")
     if request.is_wide:
         raise InvalidRequest("collections are searched for arcs below a half circle: ask for an angle below 160\u00b0")
+    if _is_placed(request) and collection.mechanism is None:
+        raise InvalidRequest(
+            f"{collection.name} lays its paths from the origin along +x: leave out start, direction and end of the path"
+        )
     given = bounds(collection, request.stroke, {} if where is None else where)
     named = {
         "family": (names("families", families), collection.families),
@@ -111,6 +116,35 @@ def find_in(
     return CollectionResults(found, search, collection=collection)
 
 
+def _is_placed(request: PathRequest) -> bool:
+    return any(request.start) or bool(request.along)
+
+
+def stretch_of(one: CollectionCandidate) -> ChainStretch:
+    """Convert an answer to a stretch of a mechanism of many bars.
+
+    Raises
+    ------
+    InvalidRequest
+        If the collection has no planar mechanisms of many bars.
+    """
+    if one.collection.mechanism is None:
+        raise InvalidRequest(
+            f"an answer of {one.collection.name} is no planar mechanism of many bars: it can be shown, not measured"
+        )
+    with asked(one.collection, "read as a mechanism"):
+        given, window = one.collection.mechanism(one)
+    return ChainStretch.of_window(
+        OwnChain.of(given, unit=one.unit),
+        window,
+        stroke=one.stroke,
+        deviation=one.deviation,
+        radius=one.radius,
+        start=[float(x) for x in one.start],
+        along=float(one.along),
+    )
+
+
 def specimen(database: Database, collection: Collection, id: int, stroke: float) -> CollectionCandidate:
     """Read a stored specimen and place it along a path; see `catalogue.Catalogue.specimen`."""
     id, stroke = whole("id", id, 1), positive("stroke", stroke)
@@ -140,11 +174,12 @@ def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
     if one.unit is None:
         return replace(one, unit=unit)
     times = factor(one.unit, str(unit))
-    stroke, radius = converted([one.stroke, one.radius], times)
+    stroke, radius, start = converted([one.stroke, one.radius, [*one.start]], times)
     [found] = measured(one.collection, [one.parameters], _request(stroke, radius, unit))
     if found.reason:
         raise InvalidRequest(found.reason)
-    return _candidate(one.collection, one.id, stroke, found, unit)
+    made = _candidate(one.collection, one.id, stroke, found, unit)
+    return replace(made, start=tuple(start), along=one.along)
 
 
 def _request(stroke: float, radius: float | None, unit: str | None = None) -> PathRequest:
@@ -380,7 +415,9 @@ class _Search:
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Build the answer from a measured specimen."""
-        return _candidate(self.collection, number, float(self.request.stroke), m, self.request.unit)
+        made = _candidate(self.collection, number, float(self.request.stroke), m, self.request.unit)
+        x, y = self.request.start
+        return replace(made, start=(float(x), float(y)), along=float(self.request.along))
 
     def __str__(self) -> str:
         """Explain the search: specimens excluded by each bound, verified, and the closest miss."""

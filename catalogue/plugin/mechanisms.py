@@ -103,6 +103,8 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
         special=special,
         refine=made.refine,
         starts=made.starts if any(one.from_four_bars for one in families) else None,
+        mechanism=made.mechanism,
+        pinned=[one.name for one in families if not (one.structure.slides or one.structure.gears)],
     )
 
 
@@ -219,11 +221,8 @@ class _Made:
         """Draw a mechanism in mid-stroke with its path."""
         from ..draw.chain import ChainPicture, draw_chain
 
-        p, one = candidate.parameters, self.families[candidate.family]
-        z = np.array([[complex(*p["joints"][joint])] for joint in one.structure.joints])
-        u = np.array([[complex(*way)] for way in p["slides"]]).reshape(-1, 1)
-        found = circuits(Chain(one.structure, z, u), one.bar)
-        low, high = p["window"]
+        one, found = self.families[candidate.family], self._followed(candidate)
+        low, high = candidate.parameters["window"]
         facts = [
             f"stroke {candidate.stroke:.6g}, deviation {candidate.deviation:.3g}, size {candidate.metrics['size']:.4g}",
             one.title,
@@ -232,6 +231,43 @@ class _Made:
         path, middle = np.linspace(low, high, 2 * DRAWS.positions), 0.5 * (low + high)
         picture = ChainPicture(found, one.guided, path, middle, np.array([low, high]), one.name, facts)
         return draw_chain(picture, file)
+
+    def mechanism(self, candidate: CollectionCandidate) -> tuple[dict[str, Any], tuple[float, float]]:
+        """Return the data of a mechanism, and the phases of both ends of its path."""
+        one, found = self.families[candidate.family], self._followed(candidate)
+        structure, chain = one.structure, found.chain
+        z = found.poses(np.array(candidate.parameters["window"])[:, None]).joint(one.guided)[:, 0]
+        low, high = candidate.parameters["window"]
+        ahead = ((z[1] - z[0]) * np.exp(-1j * np.radians(candidate.along))).real > 0
+        given = {
+            "joints": {
+                name: [at.real, at.imag] for name, at in zip(structure.joints, chain.z[:, 0].tolist(), strict=True)
+            },
+            "bars": {name: list(joints) for name, joints in structure.bars},
+            "drive": structure.drive,
+            "point": one.point,
+            "slides": [
+                {"bar": slide.first, "slider": slide.second, "angle": float(np.degrees(np.angle(u)))}
+                for slide, u in zip(structure.slides, chain.u[:, 0], strict=True)
+            ],
+            "gears": [
+                {"wheels": [gear.first, gear.second], "carrier": gear.carrier, "ratio": gear.ratio}
+                for gear in structure.gears
+                if gear.ratio != 1
+            ],
+            "parallel": [[gear.first, gear.second] for gear in structure.gears if gear.ratio == 1],
+            "name": one.name,
+            "unit": candidate.unit,
+        }
+        return given, (low, high) if ahead else (high, low)
+
+    def _followed(self, candidate: CollectionCandidate) -> ChainCircuits:
+        """Return the circuit of an answer, where its path was asked for."""
+        p, one = candidate.parameters, self.families[candidate.family]
+        z = np.array([[complex(*p["joints"][joint])] for joint in one.structure.joints])
+        u = np.array([[complex(*way)] for way in p["slides"]]).reshape(-1, 1)
+        u = u * np.exp(1j * np.radians(candidate.along))
+        return circuits(Chain(one.structure, candidate.placed(z), u), one.bar)
 
 
 def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict[str, Any] | None:
