@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Self, Unpack
+from typing import TYPE_CHECKING, Self, TypedDict, Unpack, overload
 
 from .folders import default_database
-from .given import names, switch
+from .given import names, switch, whole
 from .problem.constraints import Constraints
 from .problem.criteria import ANSWERS, DISTINCT
 from .problem.path import path_request
@@ -30,6 +30,18 @@ if TYPE_CHECKING:
     from .problem.path import PathRequest
     from .problem.problem import Request
     from .series.classification import Classification
+
+
+class GuideSelection(TypedDict, total=False):
+    """Keywords of `Catalogue.guides` that select guides."""
+
+    series: str | Sequence[str]
+    families: str | Sequence[str]
+    configurations: str | Sequence[str]
+    kind: str | Sequence[str]
+    order: int
+    pins_only: bool
+    reaches: bool
 
 
 class Catalogue:
@@ -328,6 +340,10 @@ class Catalogue:
 
         return stored(self.database, name)
 
+    @overload
+    def guides(self, *, chunksize: None = None, **selection: Unpack[GuideSelection]) -> pd.DataFrame: ...
+    @overload
+    def guides(self, *, chunksize: int, **selection: Unpack[GuideSelection]) -> Iterator[pd.DataFrame]: ...
     def guides(
         self,
         *,
@@ -338,7 +354,8 @@ class Catalogue:
         order: int = 0,
         pins_only: bool = False,
         reaches: bool = False,
-    ) -> pd.DataFrame:
+        chunksize: int | None = None,
+    ) -> pd.DataFrame | Iterator[pd.DataFrame]:
         """Return stored guides as a data frame, one row per guide by number; no search, no plugin.
 
         Lengths are canonical: pole at the origin, pole tangent along +x, unit inflection circle
@@ -357,10 +374,12 @@ class Catalogue:
             Revolute joints only, no sliders.
         reaches : bool
             One row per reach of a guide, the loosest level first, with additional columns.
+        chunksize : int, optional
+            Guides per frame; an iterator of frames is returned then, for a large database.
 
         Returns
         -------
-        DataFrame
+        DataFrame, or iterator of DataFrame
             id, name (of a design), family, series, member, configuration, kind, label,
             contact_order, inflections, leading, cover; x, y, tangent_x, tangent_y, curvature of the
             nominal; pivots ``fixed_1_x``, ``fixed_1_y``, ``fixed_1_w`` (A1), ``moving_1_x`` (A1*),
@@ -370,10 +389,11 @@ class Catalogue:
             and degrees, deviation, size, max_link, min_link, max_ground, max_arm, min_transmission,
             rotates, drive_angle, rotation and the others of `catalogue.store.Reach`.
         """
-        from .find.frame import guides_frame
+        from .find.frame import GuideFrames
 
         constraints = Constraints(families, series, configurations, pins_only, order)
-        return guides_frame(self.database, constraints, names("kind", kind), reaches=switch("reaches", reaches))
+        frames = GuideFrames(self.database, constraints, names("kind", kind), switch("reaches", reaches))
+        return frames.whole() if chunksize is None else frames.parts(whole("chunksize", chunksize, 1))
 
     def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
         """Find the series of linkages among all registered ones; see `catalogue.classify`.

@@ -18,6 +18,7 @@ from .tables import FORCE, OUTPUT
 from .units import UNIT, length, unit, warn_of_unit
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from typing import BinaryIO
 
     import pandas as pd
@@ -172,30 +173,54 @@ def _of_store(format: str | None, out: Path | None) -> str:
 
 def _store(format: str, out: Path | None, db: Path | None, plugins: Any, which: dict[str, Any]) -> None:
     from ..api import open
+    from ..find.frame import GuideFrames
+    from ..problem.constraints import Constraints
     from ..store.extract import write_extract
 
-    which["families"] = which.pop("family")
-    which["reaches"] &= format != "sqlite"
+    constraints = Constraints(which.pop("family"), which.pop("series"), (), which.pop("pins_only"), which.pop("order"))
     with open(db, plugins=plugins) as catalogue:
-        guides = catalogue.guides(**which)
+        guides = GuideFrames(catalogue.database, constraints, which["kind"], which["reaches"] and format != "sqlite")
+        frames = guides.parts()
         if out is None:
-            guides.to_csv(sys.stdout, index=False)
+            _write_csv(frames, sys.stdout)
             return
         try:
             with replacing(out) as part:
                 if format == "sqlite":
-                    write_extract(catalogue.database, guides["id"].tolist(), part)
-                elif format == "parquet":
-                    _write_parquet(guides, part)
+                    numbers = guides.numbers()
+                    write_extract(catalogue.database, numbers.tolist(), part)
+                    count = len(numbers)
                 else:
-                    guides.to_csv(part, index=False)
+                    count = (_write_parquet if format == "parquet" else _write_csv)(frames, part)
         except OSError as error:
             raise InvalidRequest(f"cannot write {out}: {error.strerror}") from error
-    print(f"written: {out}, {len(guides)} rows", file=sys.stderr)
+    print(f"written: {out}, {count} rows", file=sys.stderr)
 
 
-def _write_parquet(guides: pd.DataFrame, file: BinaryIO) -> None:
+def _write_csv(frames: Iterable[pd.DataFrame], file: Any) -> int:
+    """Write frames one after the other, and return the number of rows."""
+    count = 0
+    for number, frame in enumerate(frames):
+        frame.to_csv(file, index=False, header=number == 0)
+        count += len(frame)
+    return count
+
+
+def _write_parquet(frames: Iterable[pd.DataFrame], file: BinaryIO) -> int:
+    """Write frames as groups of rows, and return the number of rows."""
     try:
-        guides.to_parquet(file, engine="pyarrow", index=False)
+        import pyarrow as pa
+        from pyarrow.parquet import ParquetWriter
     except ImportError as error:
         raise MissingExtra('parquet needs pyarrow: pip install "mechanism-catalogue[parquet]"') from error
+    kinds = {"f": pa.float64(), "i": pa.int64(), "b": pa.bool_()}
+    writer, count = None, 0
+    for frame in frames:
+        if writer is None:
+            schema = pa.schema([(str(name), kinds.get(kind.kind, pa.string())) for name, kind in frame.dtypes.items()])
+            writer = ParquetWriter(file, schema)
+        writer.write_table(pa.Table.from_pandas(frame, schema=schema, preserve_index=False))
+        count += len(frame)
+    if writer is not None:
+        writer.close()
+    return count

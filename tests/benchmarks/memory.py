@@ -34,6 +34,8 @@ READING = {
     "find dwell": "find dwell --angle 90 --residual 0.5 --swing 30",
     "census": "census",
     "show": "show watt",
+    "export, a row per reach": "export --reaches --force --out {folder}/reaches.csv",
+    "doctor": "doctor",
 }
 ALONE = {"measure": "measure {mine} --stroke 120", "--help": "--help"}
 #: Seconds between two looks, and megabytes from kilobytes.
@@ -88,7 +90,7 @@ def main() -> None:
         (mine := Path(folder) / "mine.json").write_text(json.dumps(MINE), "utf-8")
 
         def run(words: str, *more: str) -> tuple[float, list[float]]:
-            command = [sys.executable, "-m", "catalogue", *words.format(mine=mine).split(), *more]
+            command = [sys.executable, "-m", "catalogue", *words.format(mine=mine, folder=folder).split(), *more]
             own, workers, code = peaks(command)
             if code not in (0, 1):  # 1: nothing was found
                 raise SystemExit(f"{words}: exit code {code}")

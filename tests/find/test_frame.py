@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from catalogue import Catalogue, InvalidRequest
@@ -108,3 +109,18 @@ def test_a_find_loads_no_data_frames(small_db: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
     assert done.stdout == "[]\n"
+
+
+def test_frames_of_few_guides_are_the_whole_frame(small: Catalogue) -> None:
+    for reaches in (False, True):
+        whole = small.guides(reaches=reaches, order=3)
+        parts = list(small.guides(reaches=reaches, order=3, chunksize=300))
+        assert len(parts) > 3
+        assert all(part["id"].nunique() <= 300 for part in parts)
+        assert all(list(part.columns) == list(whole.columns) for part in parts)
+        joined = pd.concat([part.fillna({"name": ""}) for part in parts], ignore_index=True)
+        pd.testing.assert_frame_equal(joined, whole.fillna({"name": ""}), check_dtype=False)
+    (empty,) = small.guides(order=98, kind="arc", chunksize=10)
+    assert list(empty.columns) == [name for name in small.guides().columns if not name.startswith("parameter_")]
+    with pytest.raises(InvalidRequest, match="chunksize must be"):
+        small.guides(chunksize=0)
