@@ -59,7 +59,7 @@ class GuideFrames:
         return self._frame(self._parameters())
 
     def parts(self, count: int = 2000) -> Iterator[pd.DataFrame]:
-        """Yield them in frames of `count` guides, with the columns of the whole frame; at least one frame."""
+        """Yield one frame or more, of `count` guides each, with the columns of the whole one."""
         names, numbers = self._parameters(), self.numbers()
         for start in range(0, max(len(numbers), 1), count):
             part = numbers[start : start + count].tolist()
