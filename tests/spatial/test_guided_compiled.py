@@ -16,7 +16,7 @@ import pytest
 
 from catalogue.spatial.geometry.guides import KINDS
 from catalogue.spatial.geometry.surfaces import Plane
-from catalogue.spatial.guided import compiled, newton
+from catalogue.spatial.guided import compiled
 from catalogue.spatial.guided import predictor_corrector as steps
 from tests.benchmarks.spatial_work_precision import Single, refined
 from tests.spatial import test_follow
@@ -127,6 +127,17 @@ def test_other_drivers_and_scales_move_the_same(
         same(one, other, 1e3)
 
 
+def test_a_motion_goes_on_where_there_is_no_room_for_more_nodes(
+    spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    m, start = make("II", 40)
+    path = tools.driven(m, start)[:, None] + np.linspace(0, 0.7, 60)[:, None]
+    monkeypatch.setattr(compiled, "MOST", 12)
+    one, other = both(monkeypatch, lambda: spatial.follow(m, path, start))
+    assert one.steps.max() > 10
+    same(one, other)
+
+
 def test_the_edge_of_a_half_ends_the_motion(
     spatial: SimpleNamespace, golden_cases: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,42 +165,20 @@ def test_positions_are_right_to_the_last_digits(
             assert np.abs(apart).max() < 1e-16 * max(50, 20 * at.condition[0])
 
 
-def test_steps_are_judged_the_same() -> None:
-    """Of tangents at both ends, chords nearly along their mean, and rises by which y is about to turn back between."""
-    from catalogue.spatial.guided.kernel import walk
+def test_a_step_in_which_the_drive_turns_back_is_refused() -> None:
+    """By the cubic of the drive through both ends of the step, whose slope must stay above the cube of the turn."""
+    from catalogue.spatial.native import curve
 
-    draw, m, f = np.random.default_rng(6), 6, 2
-    limits = SimpleNamespace(
-        margin=steps.MARGIN, bow=steps.BOW, last=newton.LAST, turn=steps.TURN, wanted_first=steps.WANTED_FIRST,
-        wanted_bow=steps.WANTED_BOW, wanted_turn=steps.WANTED_TURN, shorter=steps.SHORTER, longer=steps.LONGER,
-    )  # fmt: skip
-    verdicts: Counter[bool] = Counter()
+    draw, t, verdicts = np.random.default_rng(6), np.linspace(0, 1, 2001), Counter[bool]()
     for _ in range(400):
-        tangent = draw.normal(size=m + 1)
-        after = tangent + draw.choice([0.02, 0.05, 0.1]) * draw.normal(size=m + 1)
-        tangent[-1] = after[-1] = np.abs(tangent[-1])
-        tangent, after = (v / np.linalg.norm(v) for v in (tangent, after))
-        turn, slope = np.linalg.norm(after - tangent), 0.5 * (tangent[-1] + after[-1])
-        least = draw.choice([0.5, 2.0]) * steps.MARGIN * turn**3  # slope between, as if both ends had the same
-        h, rise = draw.uniform(0.01, 0.1), (0.5 * slope + least) / 1.5
-        metric, metric_after = draw.uniform(0.5, 2, (2, f))
-        chord = 0.5 * h * (tangent + after) + 1e-3 * h * draw.normal(size=m + 1)
-        chord[-1 - f : -1] /= (1 + metric_after / metric) / 2
-        correction, first, found = 1e-3 * h * draw.normal(size=m + 1), draw.uniform(1e-4, 1e-2), draw.random() < 0.9
-        z = chord - correction
-
-        front: Any = SimpleNamespace(tangent=tangent[:, None], y=np.zeros(1), metric=metric[:, None])
-        there: Any = SimpleNamespace(
-            tangent=after[:, None], y=np.array([h * rise]), metric=metric_after[:, None], first=np.array([first]),
-            correction=correction[:, None], found=np.array([found]),
-        )  # fmt: skip
-        good, longer = steps.Corrected.judged(there, z[:, None], np.array([h]), front)
-        t = SimpleNamespace(tangent=tangent, z=z, metric=metric)
-        w = SimpleNamespace(along=after, shift=correction.copy(), metric=metric_after)
-        same, by = walk.judged.py_func(h, h * rise, first, found, limits, t, w)
-        assert same == good[0]
-        assert not same or by == pytest.approx(longer[0])
-        verdicts[bool(same)] += 1
+        a, b, rise, turn = *draw.uniform(0, 1, 2), draw.uniform(0, 0.5), draw.choice([1e-3, 0.5])
+        nodes: Any = SimpleNamespace(slope=np.array([a]), drive=np.zeros(1), tangent=np.zeros((1, 1)))
+        found = curve.rises.py_func(
+            nodes, 0, 2.0, 2.0 * rise, b, steps.MARGIN, SimpleNamespace(tangent=np.array([turn]))
+        )
+        slope = a * (1 - t) ** 2 + 2 * (3 * rise - a - b) * t * (1 - t) + b * t**2
+        assert found == (slope[1:-1].min() >= min(a, b, steps.MARGIN * turn**3))
+        verdicts[found] += 1
     assert min(verdicts[True], verdicts[False]) > 50
 
 

@@ -13,7 +13,7 @@ from ...kinematics.types import Array
 from ..geometry.guides import KINDS
 from ..geometry.kinds import Kind
 from ..native.loading import call, load, plain
-from . import continuation, filling, newton
+from . import continuation, newton
 from . import predictor_corrector as steps
 from .equations import System, slot_of
 from .mechanism import Mechanisms
@@ -21,10 +21,12 @@ from .position import AT_APEX, CLOSED, EDGE, LOST, OK, driver_units
 
 #: Positions for which numba is imported, which takes as long as some thousand of them by numpy.
 WORTH = 100
-#: Marks that a body may leave on its way; beyond the last it goes from node to node.
-MARKS = 1024
-#: Why a walk ended, in the order of `kernel.walk`.
-REASONS = np.array([OK, continuation.TURNING, continuation.BRANCH, continuation.STUCK, EDGE], dtype="U90")
+#: Nodes of a curve for which there is room; from the last it goes on.
+MOST = 128
+#: Why a path ended, in the order of `native.curve`.
+REASONS = np.array(
+    [OK, continuation.TURNING, continuation.BRANCH, *[continuation.STUCK] * 3, EDGE, continuation.STUCK], dtype="U90"
+)
 
 
 class Fast(NamedTuple):
@@ -87,10 +89,8 @@ def _made(mechanisms: Mechanisms) -> Fast | None:
         _own(system.unit), _own(system.centre.T), _own(system.unit / mechanisms.diameter),
         _own(mechanisms.body[:, base]), units, smooth,
     )  # fmt: skip
-    plan = k.Plan(np.array(system.points, np.int64), np.array(driven, np.int64))
-    return Fast(
-        k, plan, bodies, scales, k.work(p, len(driven), mechanisms.freedom, system.free), driver_units(mechanisms)
-    )
+    plan = k.plan(system.points, driven, system.free)
+    return Fast(k, plan, bodies, scales, k.work(plan, p, mechanisms.freedom), driver_units(mechanisms))
 
 
 def _own(v: Array) -> Array:
@@ -110,12 +110,13 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
     counts = (np.zeros(n, kind) for kind in (np.int64, float, np.int64))
     ways = k.Ways(path, corners.copy(), states, begun.astype(np.int64), *counts)
     limits = k.Limits(
-        newton.LAST, newton.NOISE, steps.CORRECTIONS, steps.FIRST, steps.SECOND, steps.TURN, steps.MARGIN, steps.BOW,
-        steps.WANTED_FIRST, steps.WANTED_TURN, steps.WANTED_BOW, steps.LONGER, steps.SHORTER, steps.LONGEST,
-        steps.SHORTEST, continuation.AT_BRANCH, filling.CORRECTIONS, filling.NEAR, filling.ALIKE,
+        aim=2e-3, refused=1e-2, first=steps.LONGEST / 4, longest=steps.LONGEST, shortest=steps.SHORTEST,
+        contraction=steps.SECOND, at_branch=continuation.AT_BRANCH, bow=steps.BOW, turn=float(np.cos(steps.TURN)),
+        last=newton.LAST, margin=steps.MARGIN,
     )  # fmt: skip
-    room = k.room(rows, nodes.shape[2], s, MARKS)
-    call(k.led, fast.plan, fast.bodies, ways, room[0], limits, *room[1:], fast.work)
+    unknowns, accuracy = len(fast.plan.keep) + 1, k.Accuracy(newton.LAST, near=1e-2, enough=1e-6)
+    room = k.nodes(unknowns, MOST, unknowns + 1)
+    call(k.led, fast.plan, fast.bodies, ways, room, limits, accuracy, np.zeros(0), fast.work)
     return states, ways.reached, REASONS[ways.why], ways.end, ways.steps
 
 

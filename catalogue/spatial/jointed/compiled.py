@@ -153,6 +153,6 @@ def swept(
         np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
     )  # fmt: skip
     constants = k.Limits(*constants[0]), k.Accuracy(*constants[1])
-    call(k.swept, plan, geometry, work, plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
+    call(k.swept, plan, geometry, work, plain(held), sweep, k.nodes(plan.moves.shape[1], most + 2, numbers), *constants)
     sweep.states[sweep.found != 1] = np.nan
     return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)

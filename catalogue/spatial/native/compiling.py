@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
+import numpy as np
 from numba import njit
 
 #: Arrays come from outside and stay there while a function runs: not to count who uses them makes it four times faster.
@@ -15,6 +16,10 @@ compiled = njit(**_OPTIONS)
 inlined = njit(forceinline=True, **_OPTIONS)
 #: The same for what is called from outside: numba keeps it, and with it what it calls.
 kept = njit(cache=True, **_OPTIONS)
+
+#: Numbers that variables begin with: for a literal numba compiles what they are given to once more.
+NOUGHT: Any = np.int64(0)
+ONE: Any = np.int64(1)
 
 
 def version(file: str, *more: str) -> int:

@@ -1,12 +1,14 @@
 """Motion along a path, compiled by numba: what the modules beside this room do for many bodies at once by numpy.
 
-One body after the other, by the formulas and with the tests of these modules: `guides` are the
-charts of `geometry`, `pose` the equations of `equations` and the corrector of `predictor_corrector`, `walk` the steps
-of `continuation`, `sweep` what `filling`, `follow` and `position` make of them, but that a second correction at a node
-is by the factored matrix of the first (`native.elimination`); `guided.compiled` calls it.
+One body after the other: `guides` are the charts of `geometry`, `pose` the equations of `equations`, which
+`native.curve` follows, `sweep` what `follow` and `position` make of them; `guided.compiled` calls it.
 """
 
-from .pose import Bodies, Limits, Plan, work
-from .sweep import Measured, Scales, Ways, led, measured, room
+from ...native.curve import Limits, nodes
+from ...native.newton import Accuracy
+from .pose import Bodies, Plan, plan, work
+from .sweep import Measured, Scales, Ways, led, measured
 
-__all__ = ["Bodies", "Limits", "Measured", "Plan", "Scales", "Ways", "led", "measured", "room", "work"]
+__all__ = [
+    "Accuracy", "Bodies", "Limits", "Measured", "Plan", "Scales", "Ways", "led", "measured", "nodes", "plan", "work",
+]  # fmt: skip

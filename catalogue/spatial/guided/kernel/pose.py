@@ -1,22 +1,37 @@
-"""The equations of the pose of one body, their solution, and the corrector of a step."""
+"""The equations of the pose of one body, as `native.equations` has them.
+
+A state is a quaternion, the free coordinates, and y; the drivers are q0 + y q1.
+"""
 
 from __future__ import annotations
 
-from math import inf, sqrt
+from math import sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...native.compiling import compiled, inlined
-from ...native.elimination import eliminate
+from ...native import equations
+from ...native.compiling import inlined
 from .guides import HALF, HELIX, TORUS, chart, function
 
 
 class Plan(NamedTuple):
-    """What all bodies of a batch have in common."""
+    """What all bodies of a batch have in common; the last five as `native.curve` has them."""
 
     points: Any  # (rows,): point of each equation of an undriven point
     driven: Any  # (d, 4): point, column of its free coordinate, drivers of u and of w; -1 for none
+    keep: Any
+    redundant: Any
+    scalars: Any
+    weight: Any
+    idle: Any
+
+
+def plan(points: Any, driven: Any, free: int) -> Plan:
+    """Return a plan for bodies with so many free coordinates."""
+    weight = np.concatenate([np.full(4, 4.0), np.ones(free + 1)])
+    others = np.arange(3 + free), False, np.zeros((1, 5), np.int64), weight, np.zeros((1, 0), np.int64)
+    return Plan(np.array(points, np.int64), np.array(driven, np.int64), *others)
 
 
 class Bodies(NamedTuple):
@@ -32,49 +47,32 @@ class Bodies(NamedTuple):
     reach: Any  # (n,)
 
 
-class Limits(NamedTuple):
-    """The constants of `newton`, `predictor_corrector`, `continuation` and `filling`."""
-
-    last: Any
-    noise: Any
-    corrections: Any
-    first: Any
-    second: Any
-    turn: Any
-    margin: Any
-    bow: Any
-    wanted_first: Any
-    wanted_turn: Any
-    wanted_bow: Any
-    longer: Any
-    shorter: Any
-    longest: Any
-    shortest: Any
-    at_branch: Any
-    few: Any
-    near: Any
-    alike: Any
-
-
 class Work(NamedTuple):
-    """What an evaluation and a correction leave behind; m equations, k drivers, f free coordinates."""
+    """What an evaluation and a step leave behind; m equations, k drivers, f free coordinates."""
 
     rotation: Any  # (3, 3)
     arms: Any  # (p, 3): from the base, in the world
     places: Any  # (d, 3): driven points
-    tangents: Any  # (d, 2, 3): X_u, X_w; that of a free coordinate of length 1
-    value: Any  # (m,)
-    jacobian: Any  # (m, m)
+    tangents: Any  # (d, 2, 3): X_u, X_w
     drivers: Any  # (m, k)
-    metric: Any  # (f,)
-    travel: Any  # (k,)
-    system: Any  # (m + 1, 2 m + k + 3): matrix and right sides
-    interchanged: Any  # (m + 1,): with which row each was
+    metric: Any  # (f,): arcs per free coordinate
+    travel: Any  # (k,): and per driver
     q: Any  # (k,)
-    trial: Any  # (4 + f,): state
-    along: Any  # (m + 1,): tangent
-    rates: Any  # (m, k)
-    shift: Any  # (m + 1,): sum of the corrections
+    q0: Any  # (k,)
+    q1: Any  # (k,)
+    inverse: Any  # (m, 2 m): Jacobian and unit matrix, on the way
+    value: Any  # (m + 1,): y last
+    jacobian: Any  # (m + 1, m + 1)
+    matrix: Any  # (m + 1, m + 1): factored
+    interchanged: Any  # (m + 1,): with which row each was
+    step: Any  # (m + 1,)
+    along: Any  # (m + 1,)
+    tangent: Any  # (m + 1,)
+    y: Any  # (5 + f,)
+    rate: Any  # (5 + f,)
+    off: Any  # (5 + f,)
+    rows: Any  # as `keep`
+    left: Any  # none
 
 
 @inlined
@@ -138,14 +136,35 @@ def put(plan, b, i, y, q, w):
                 w.travel[k] = size
             elif column >= 0:
                 w.metric[column - 3] = size
-                size = 1 / size
-                v[0], v[1], v[2] = v[0] * size, v[1] * size, v[2] * size
 
 
 @inlined
-def evaluate(plan, b, i, y, q, w, slopes=True):
-    """Find residual and derivatives, if not the residual only, in a state y at the driver values q."""
-    put(plan, b, i, y, q, w)
+def evaluate(plan, b, i, y, w, slopes):
+    """Find residual and y, if asked for with their derivatives, in a state."""
+    m = len(plan.keep)
+    for k in range(len(w.q)):
+        w.q[k] = w.q0[k] + y[m + 1] * w.q1[k]
+    at_drivers(plan, b, i, y, w, slopes)
+    w.value[m] = y[m + 1]
+    if slopes:
+        by_y(w)
+
+
+@inlined
+def by_y(w):
+    """Find the derivatives by y from those by the drivers."""
+    m = len(w.drivers)
+    for r in range(m):
+        slope = 0.0
+        for k in range(len(w.q)):
+            slope += w.drivers[r, k] * w.q1[k]
+        w.jacobian[r, m] = slope
+
+
+@inlined
+def at_drivers(plan, b, i, y, w, slopes):
+    """Find residual, if asked for with its derivatives by the pose and by the drivers, at the drivers `q`."""
+    put(plan, b, i, y, w.q, w)
     rows = len(plan.points)
     for row in range(rows):
         gx, gy, gz = off_guide(plan, b, i, row, w)
@@ -216,114 +235,52 @@ def driven_slopes(plan, d, row, w):
 
 
 @inlined
-def moved(y, step, metric, out):
-    """Find the state after a step: rotation [rad], and arcs on the guides in units."""
-    x, a, b = step[0] / 2, step[1] / 2, step[2] / 2
+def moved(plan, y, step):
+    """Move a state by a step: rotation [rad], coordinates and y."""
+    a, b, c = step[0] / 2, step[1] / 2, step[2] / 2
     s, u, v, o = y[0], y[1], y[2], y[3]
-    p, q = s - (x * u + a * v + b * o), u + s * x + (a * o - b * v)
-    r, t = v + s * a + (b * u - x * o), o + s * b + (x * v - a * u)
-    size = 1 / sqrt(p * p + q * q + r * r + t * t)
-    out[0], out[1], out[2], out[3] = p * size, q * size, r * size, t * size
-    for f in range(len(metric)):
-        out[4 + f] = y[4 + f] + step[3 + f] / metric[f]
+    y[0], y[1] = s - (a * u + b * v + c * o), u + s * a + (b * o - c * v)
+    y[2], y[3] = v + s * b + (c * u - a * o), o + s * c + (a * v - b * u)
+    for j in range(3, len(step)):
+        y[1 + j] += step[j]
+    unitary(plan, y)
 
 
 @inlined
-def velocity(y, rate, metric, out):
-    """Find the derivative of a state along a step."""
-    x, a, b = rate[0] / 2, rate[1] / 2, rate[2] / 2
+def unitary(plan, y):  # noqa: ARG001  # as others
+    """Give the quaternion the length 1."""
+    size = 1 / sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3])
+    for j in range(4):
+        y[j] *= size
+
+
+@inlined
+def lifted(plan, y, step, out):  # noqa: ARG001  # as others
+    """Find the rates of a state."""
+    a, b, c = step[0] / 2, step[1] / 2, step[2] / 2
     s, u, v, o = y[0], y[1], y[2], y[3]
-    out[0], out[1] = -(x * u + a * v + b * o), s * x + (a * o - b * v)
-    out[2], out[3] = s * a + (b * u - x * o), s * b + (x * v - a * u)
-    for f in range(len(metric)):
-        out[4 + f] = rate[3 + f] / metric[f]
+    out[0], out[1] = -(a * u + b * v + c * o), s * a + (b * o - c * v)
+    out[2], out[3] = s * b + (c * u - a * o), s * c + (a * v - b * u)
+    for j in range(3, len(step)):
+        out[1 + j] = step[j]
 
 
 @inlined
 def distance(w):
     """Return the largest distance from a guide, in units; NaN if one is."""
     most = 0.0
-    for row in range(len(w.value)):
+    for row in range(len(w.value) - 1):
         if not abs(w.value[row]) <= most:
             most = abs(w.value[row])
     return most
 
 
-@compiled
-def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
-    """Correct the state in `w.trial`, at q0 + y q1, so that the correction is normal to a row, by Newton's method.
-
-    Returns y, the sign of the bordered determinant, the length of the first correction, and whether it was found.
-    """
-    m, first, sign, last = len(w.value), inf, 0.0, False
-    for j in range(m + 1):
-        w.shift[j] = 0.0
-    for n in range(limits.corrections):
-        for j in range(len(q0)):
-            w.q[j] = q0[j] + y * q1[j]
-        evaluate(plan, b, i, w.trial, w.q, w)
-        sign = bordered(q1, row, w)
-        length = 0.0
-        for j in range(m + 1):
-            w.along[j] = w.system[j, m + 1]
-            length += w.along[j] * w.along[j]
-            w.shift[j] += w.along[j]
-        length = sqrt(length)
-        if n == 0:
-            first = length
-        last = length < limits.last or (n > 0 and distance(w) < limits.noise * b.reach[i])
-        moved(w.trial, w.along, w.metric, w.trial)
-        y += w.along[m]
-        if last or not length <= limit:
-            break
-        limit = max(limits.second * length, 10 * limits.last)
-    tangent(w)
-    return y, sign, first, last
-
-
 @inlined
-def bordered(q1, row, w):
-    """Solve the equations, y the last unknown, bordered by a row, in `w.system`; return the sign of the determinant.
-
-    Right sides, from column m + 1 on, are those of the correction, of the tangent and of the rates by the drivers.
-    """
-    m, k, a = len(w.value), len(q1), w.system
-    for r in range(m):
-        slope = 0.0
-        for j in range(k):
-            slope += w.drivers[r, j] * q1[j]
-            a[r, m + 3 + j] = -w.drivers[r, j]
-        for j in range(m):
-            a[r, j] = w.jacobian[r, j]
-        a[r, m], a[r, m + 1], a[r, m + 2] = slope, -w.value[r], 0.0
-    for j in range(m + 1):
-        a[m, j] = row[j]
-    a[m, m + 1], a[m, m + 2] = 0.0, 1.0
-    for j in range(k):
-        a[m, m + 3 + j] = 0.0
-    return eliminate(a, m + 1, m + 3 + k, w.interchanged)
-
-
-@inlined
-def tangent(w):
-    """Take the unit tangent and the rates by the drivers from the solution of the bordered equations."""
-    m, a, size = len(w.value), w.system, 0.0
-    for j in range(m + 1):
-        size += a[j, m + 2] * a[j, m + 2]
-    size = 1 / sqrt(size)
-    for j in range(m + 1):
-        w.along[j] = a[j, m + 2] * size
-    for r in range(m):
-        for j in range(w.rates.shape[1]):
-            w.rates[r, j] = a[r, m + 3 + j]
-
-
-@inlined
-def off_edge(plan, b, i, y, q, w):
-    """Return whether a point is on the half of a guide that its chart does not reach."""
+def off_edge(plan, b, i, y, w):
+    """Return whether a point is on the half of a guide that its chart does not reach; the drivers are `q`."""
     for a in range(b.kinds.shape[1]):
         if b.kinds[i, a] == HALF:
-            put(plan, b, i, y, q, w)
+            put(plan, b, i, y, w.q, w)
             z = local(
                 b, i, a, w.places[0, 0] + w.arms[a, 0], w.places[0, 1] + w.arms[a, 1], w.places[0, 2] + w.arms[a, 2]
             )[2]
@@ -332,12 +289,17 @@ def off_edge(plan, b, i, y, q, w):
     return False
 
 
-def work(points: int, driven: int, drivers: int, free: int) -> Work:
+def work(plan: Plan, points: int, drivers: int) -> Work:
     """Return room for one pose."""
-    m = 3 + free
+    d, m = len(plan.driven), len(plan.keep)
+    n, y = m + 1, len(plan.weight)
     shapes = (
-        (3, 3), (points, 3), (driven, 3), (driven, 2, 3), (m,), (m, m), (m, drivers), (free,), (drivers,),
-        (m + 1, 2 * m + drivers + 3), (m + 1,), (drivers,), (4 + free,), (m + 1,), (m, drivers), (m + 1,),
+        (3, 3), (points, 3), (d, 3), (d, 2, 3), (m, drivers), (m - 3,), (drivers,), (drivers,), (drivers,), (drivers,),
+        (m, 2 * m), (n,), (n, n), (n, n), (n,), (n,), (n,), (n,), (y,), (y,), (y,), (m,), (0, 0),
     )  # fmt: skip
     made = Work._make(np.zeros(shape) for shape in shapes)
-    return made._replace(interchanged=made.interchanged.astype(np.int64))
+    made.jacobian[m, m] = 1.0
+    return made._replace(interchanged=np.zeros(n, np.int64), rows=plan.keep.copy())
+
+
+equations.offer(Plan, (evaluate, moved, unitary, lifted))

@@ -1,28 +1,30 @@
-"""Bodies led along their paths: nodes between marks filled in, what is in doubt gone to by steps, and measured."""
+"""Bodies led along their paths by `native.curve`, from corner to corner, and measured."""
 
 from __future__ import annotations
 
 from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from ...native.compiling import compiled, inlined, kept
-from ...native.elimination import eliminate, substitute
-from .guides import HALF, VERSION, apex, locate
-from .pose import (
-    distance,
-    evaluate,
-    local,
-    moved,
-    off_edge,
-    turned,
-    velocity,
+from ...native.compiling import NOUGHT, ONE, compiled, inlined, kept
+from ...native.curve import (
+    BRANCH,
+    DOUBTFUL,
+    EDGE,
+    LONG,
+    REACHED,
+    SINGULAR,
+    STUCK,
+    TURNING,
+    across,
+    at,
+    between,
+    toward,
+    up_to_dead_point,
 )
-from .walk import GOES_ON, Marks, Track, copy, walk
-
-#: No node: numba compiles another version for a literal.
-NONE: Any = np.int64(-1)
+from ...native.elimination import eliminate
+from ...native.newton import Accuracy, corrected, factored
+from .guides import HALF, VERSION, apex, locate
+from .pose import at_drivers, by_y, distance, lifted, local, off_edge, turned
 
 
 class Ways(NamedTuple):
@@ -35,20 +37,6 @@ class Ways(NamedTuple):
     why: Any  # (n,): why not more
     end: Any  # (n,): where the motion ends, in nodes from the first
     steps: Any  # (n,)
-
-
-class Between(NamedTuple):
-    """The polynomial between two marks and room: `filling.Pieces`, and nodes of one body."""
-
-    stops: Any  # (s,)
-    places: Any  # (s,): in stops from the first
-    good: Any  # (s,)
-    at: Any  # (8,)
-    factors: Any  # (8, 4 + f)
-    level: Any  # (8, 4 + f)
-    slope: Any  # (4 + f,)
-    other: Any  # (4 + f,)
-    dq: Any  # (k,)
 
 
 class Scales(NamedTuple):
@@ -75,163 +63,177 @@ class Measured(NamedTuple):
 
 
 @kept
-def led(plan, b, ways, marks, limits, t, x, w, version=VERSION):  # noqa: ARG001  # part of its types
-    """Lead bodies along their paths: `follow._led`."""
-    s = ways.path.shape[1]
+def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # noqa: ARG001  # part of its types
+    """Lead bodies along their paths, from corner to corner of each: `follow._led`."""
     for i in range(len(ways.reached)):
+        begin, sign, last, leap = NOUGHT, 0.0, ways.path.shape[1] - ONE, True
         if ways.reached[i] == 0:
             continue
-        path, states, stop, reached = ways.path[i], ways.states[i], ways.stop[i], 1
-        for attempt in range(3):
-            marked, begun, count = attempt < 2, reached - 1, NONE + 1
-            for j in range(s):
-                stop[j] = j == begun or (j > begun and (stop[j] or not marked))
-                if stop[j]:
-                    x.stops[count] = j
-                    count += 1
-            copy(states[begun], t.state)
-            stops, why, end, steps, many, sign = walk(
-                plan, b, i, path, x.stops, count, marked, states, marks, limits, t, w
-            )
-            ways.steps[i] += steps
-            filled(plan, b, i, path, stop, stops, many, sign, states, marks, limits, x, w)
-            reached = 0
-            while reached < s and x.good[reached]:
-                reached += 1
-            for j in range(s):
-                stop[j] = stop[j] or not x.good[j]
-            one, other = x.places[reached - 1], x.places[min(reached, s - 1)]
-            part = 0.0
-            if why != GOES_ON:
-                part = min(max((end - one) / (other - one), 0.0), 1.0) if other != one else 0.0
-            ways.why[i], ways.end[i], ways.reached[i] = why, reached - 1 + part, reached
-            if reached == s or (why != GOES_ON and other > end):
+        taken(ways, i, begin, w)
+        while True:
+            end = min(begin + ONE, last)
+            while not ways.stop[i, end]:
+                end += 1
+            here = set_out(plan, b, i, ways.path[i], begin, end, held, nodes, w)
+            sign = here if sign == 0 else sign
+            lost = here == 0 or here != sign
+            if lost and leap and begin > 0:  # back, and there by steps
+                begin, leap = begin - ONE, False
+                taken(ways, i, begin, w)
+                continue
+            ways.reached[i], ways.end[i] = begin + 1, begin
+            if begin == last:
                 break
+            width, leap = nodes.drive[0], leap and end == begin + 1
+            if lost:
+                ways.why[i] = BRANCH if here != 0 else SINGULAR
+            elif leap and leapt(plan, b, i, width, held, nodes, limits, accuracy, w):
+                stored(ways, i, end, w)
+                ways.steps[i], begin = ways.steps[i] + 1, end
+                continue
+            else:
+                side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, held, w)
+            done, begin, leap = begin, ways.reached[i] - 1, True
+            if ways.why[i] == DOUBTFUL and (begin > done or end > done + 1):  # again, by its last node and the next
+                ways.stop[i, begin], ways.stop[i, begin + 1], ways.why[i] = True, True, REACHED
+            if ways.why[i] != REACHED:
+                break
+            taken(ways, i, begin, w)
 
 
 @inlined
-def filled(plan, b, i, path, stop, reached, many, sign, states, marks, limits, x, w):
-    """Find the places of nodes, and those that are good, with their states: `filling.fill`."""
-    passed, e, fresh = NONE, NONE + 1, NONE
-    for j in range(len(stop)):
-        if stop[j]:
-            passed += 1
-            x.places[j], x.good[j] = passed, passed < reached
-            continue
-        if passed < 0:
-            x.places[j], x.good[j] = -1.0, True
-            continue
-        one, other, part, size = x.stops[passed], x.stops[passed + 1], 0.0, 0.0
-        for k in range(path.shape[1]):
-            segment = path[other, k] - path[one, k]
-            x.dq[k] = segment
-            part += (path[j, k] - path[one, k]) * segment
-            size += segment * segment
-        part /= size
-        x.places[j], x.good[j] = passed + part, False
-        if passed >= reached:
-            continue
-        while e + 1 < many and before(marks, e + 1, passed, part):
-            e += 1
-        if e + 1 == many or marks.corner[e] != passed or marks.corner[e + 1] != passed:
-            continue
-        if e != fresh:
-            piece(marks, many, e, x)
-            fresh = e
-        if corrected(plan, b, i, path[j], part, sign, limits, x, w):
-            x.good[j] = True
-            copy(w.trial, states[j])
+def taken(ways, i, j, w):
+    """Take the state at node j of a path."""
+    for r in range(ways.states.shape[2]):
+        w.y[r] = ways.states[i, j, r]
 
 
 @inlined
-def before(marks, e, corner, t):
-    """Return whether a mark is not behind a place."""
-    return marks.corner[e] < corner or (marks.corner[e] == corner and marks.t[e] <= t)
+def stored(ways, i, j, w):
+    """Store the state at node j of a path."""
+    for r in range(ways.states.shape[2]):
+        ways.states[i, j, r] = w.y[r]
+
+
+@inlined
+def set_out(plan, b, i, path, begin, end, held, nodes, w):
+    """Find the straight line from one corner of a path to the next, and set out from a state at its beginning.
+
+    Its length in arcs is left as the drive of node 0, the state as node 1; returns the sign of its determinant.
+    """
+    m, width = len(plan.keep), 0.0
+    w.y[m + 1] = 0.0
+    for k in range(path.shape[1]):
+        w.q[k] = w.q0[k] = path[begin, k]
+    at_drivers(plan, b, i, w.y, w, True)
+    for k in range(path.shape[1]):
+        width += (w.travel[k] * (path[end, k] - path[begin, k])) ** 2
+    nodes.drive[0] = width = max(sqrt(width), 1e-9)
+    for k in range(path.shape[1]):
+        w.q1[k] = (path[end, k] - path[begin, k]) / width
+    by_y(w)
+    sign = across(plan, held, w, w.jacobian[m])
+    lifted(plan, w.y, w.along, w.rate)
+    nodes.s[1], nodes.drive[1], nodes.slope[1] = 0.0, 0.0, w.along[m]
+    for j in range(m + 1):
+        nodes.tangent[1, j] = w.along[j]
+    for r in range(len(w.y)):
+        nodes.y[1, r], nodes.rate[1, r] = w.y[r], w.rate[r]
+    return sign
+
+
+@inlined
+def leapt(plan, b, i, width, held, nodes, limits, accuracy, w):
+    """Go to the next corner at once, if it is near; return whether that was possible."""
+    far = width / nodes.slope[1]
+    if not far <= limits.first:
+        return False
+    for r in range(len(w.y)):
+        w.y[r] += far * w.rate[r]
+    near = Accuracy(accuracy.last, min(accuracy.near, 0.1 * far), accuracy.enough)
+    return corrected(plan, b, i, held, w.y, width, w, near) == 1 and not off_edge(plan, b, i, w.y, w)
 
 
 @compiled
-def piece(marks, many, e, x):
-    """Find the divided differences of the polynomial through marks e and e + 1 and their neighbours."""
-    behind = e > 0 and marks.corner[e - 1] == marks.corner[e]
-    ahead = e + 2 < many and marks.corner[e + 2] == marks.corner[e]
-    count = 4 + 2 * (behind + ahead)
-    for k in range(4):
-        n = e if k == 0 else e + 1 if k == 1 else e - 1 if k == 2 and behind else e + 2
-        if 2 * k < count:
-            x.at[2 * k] = x.at[2 * k + 1] = marks.t[n]
-            copy(marks.value[n], x.level[2 * k])
-            copy(marks.value[n], x.level[2 * k + 1])
-    copy(x.level[0], x.factors[0])
-    rows = x.level.shape[1]
-    for k in range(1, 8):
-        for r in range(rows):
-            x.factors[k, r] = 0.0
-        if k >= count:
-            continue
-        for n in range(count - k):
-            over = 1 / (x.at[n + k] - x.at[n])
-            for r in range(rows):
-                x.level[n, r] = (x.level[n + 1, r] - x.level[n, r]) * over
-        if k == 1:
-            for n in range(0, count, 2):
-                which = e if n == 0 else e + 1 if n == 2 else e - 1 if n == 4 and behind else e + 2
-                copy(marks.slope[which], x.level[n])
-        copy(x.level[0], x.factors[k])
+def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, held, w):
+    """Lead a body by steps along the straight line from one corner of its path to the next, and store nodes passed."""
+    path, m, j, why = ways.path[i], len(plan.keep), begin + ONE, LONG
+    h = min(limits.first, 1.02 * width / nodes.slope[1])
+    nodes.s[0] = -limits.first
+    for r in range(len(w.y)):
+        nodes.rate[0, r], nodes.y[0, r] = nodes.rate[1, r], nodes.y[1, r] - limits.first * nodes.rate[1, r]
+    while why == LONG:
+        k, why, tried = toward(plan, b, i, held, sign, h, width, nodes, limits, w)
+        ways.steps[i] += tried
+        if why == TURNING:
+            up_to_dead_point(plan, b, i, held, nodes, k, limits, w)
+        off = off_edges(plan, b, i, k, nodes, w)
+        if off <= k:
+            k, why = off, EDGE
+        sure, stop, node, bulge = why == REACHED, nodes.drive[k], ONE, 0.0
+        while j <= end:
+            value = width if j == end else part(path, begin, end, j) * width
+            if value > nodes.drive[k]:
+                break
+            node, bulge = between(nodes, node, k, 1.0, value, bulge, w)
+            good = corrected(plan, b, i, held, w.y, value, w, accuracy) == 1
+            if good and not sure:
+                at(plan, b, i, w.y, w)
+                good = factored(w.jacobian[m], w) == sign
+            if not good:
+                why = DOUBTFUL
+                break
+            if off_edge(plan, b, i, w.y, w):
+                why, stop = EDGE, value
+                break
+            for r in range(len(w.y)):
+                w.off[r] = w.y[r] - w.off[r]
+            stored(ways, i, j, w)
+            j += ONE
+        if why == LONG and nodes.drive[k] - nodes.drive[1] <= limits.shortest * width:
+            why = STUCK
+        if why == LONG:  # on from the last node
+            for to in range(2):
+                copied(nodes, k - 1 + to, to)
+            h = nodes.s[1] - nodes.s[0]
+    ways.reached[i], ways.why[i], ways.end[i] = j, REACHED, end
+    if j <= end:
+        one, other = part(path, begin, end, j - 1) * width, part(path, begin, end, j) * width
+        ways.why[i], ways.end[i] = why, j - 1 + min(max((stop - one) / (other - one), 0.0), 1.0)
 
 
 @inlined
-def corrected(plan, b, i, q, part, sign, limits, x, w):
-    """Find the pose at a node, in `w.trial`; return whether it is beyond doubt."""
-    m, rows, a = len(w.value), len(w.trial), w.system
-    for r in range(rows):
-        value, slope = x.factors[7, r], 0.0
-        for k in range(6, -1, -1):
-            off = part - x.at[k]
-            slope = slope * off + value
-            value = value * off + x.factors[k, r]
-        w.trial[r], x.slope[r] = value, slope
-    evaluate(plan, b, i, w.trial, q, w)
-    for r in range(m):
-        slope = 0.0
-        for k in range(len(q)):
-            slope += w.drivers[r, k] * x.dq[k]
-        for j in range(m):
-            a[r, j] = w.jacobian[r, j]
-        a[r, m], a[r, m + 1] = -w.value[r], -slope
-    if eliminate(a, m, m + 2, w.interchanged) != sign:
-        return False
-    first, speed, off = 0.0, 0.0, 0.0
-    for r in range(m):
-        w.along[r], w.shift[r] = a[r, m], a[r, m + 1]
-        first += a[r, m] * a[r, m]
-        speed += a[r, m + 1] * a[r, m + 1]
-    for k in range(len(q)):
-        speed += (w.travel[k] * x.dq[k]) ** 2
-    first, speed = sqrt(first), sqrt(speed)
-    velocity(w.trial, w.shift, w.metric, x.other)
-    for r in range(rows):
-        scale = 2.0 if r < 4 else w.metric[r - 4]
-        off += ((x.other[r] - x.slope[r]) * scale) ** 2
-    if not (sqrt(off) <= limits.alike * speed and first <= limits.near * speed * (x.at[2] - x.at[0]) + limits.last):
-        return False
-    moved(w.trial, w.along, w.metric, w.trial)
-    length, settled = first, False
-    for _ in range(limits.few + 1):
-        # what is left after a correction by a matrix that is not renewed is of the order of it times the first
-        if settled or length * first < limits.last * limits.last:
-            return not off_edge(plan, b, i, w.trial, q, w)
-        evaluate(plan, b, i, w.trial, q, w, False)
-        for r in range(m):
-            w.along[r] = -w.value[r]
-        substitute(a, m, w.interchanged, w.along)
-        limit, length = limits.second * length, 0.0
-        for r in range(m):
-            length += w.along[r] * w.along[r]
-        length, settled = sqrt(length), distance(w) < limits.noise * b.reach[i]
-        if not (settled or length <= limit):
-            return False
-        moved(w.trial, w.along, w.metric, w.trial)
-    return False
+def part(path, begin, end, j):
+    """Return the part of the way between two corners at which value j of a path is."""
+    along, size = 0.0, 0.0
+    for k in range(path.shape[1]):
+        segment = path[end, k] - path[begin, k]
+        along += (path[j, k] - path[begin, k]) * segment
+        size += segment * segment
+    if size > 0:
+        return along / size
+    return 1.0 if j == end else 0.0
+
+
+@compiled
+def copied(nodes, one, to):
+    """Write a node over another."""
+    nodes.s[to], nodes.drive[to], nodes.slope[to] = nodes.s[one], nodes.drive[one], nodes.slope[one]
+    for r in range(nodes.y.shape[1]):
+        nodes.y[to, r], nodes.rate[to, r] = nodes.y[one, r], nodes.rate[one, r]
+    for j in range(nodes.tangent.shape[1]):
+        nodes.tangent[to, j] = nodes.tangent[one, j]
+
+
+@inlined
+def off_edges(plan, b, i, k, nodes, w):
+    """Return the first of the nodes up to k that is beyond the edge of a guide; k + 1 if none is."""
+    for n in range(2, k + 1):
+        for d in range(len(w.q)):
+            w.q[d] = w.q0[d] + nodes.drive[n] * w.q1[d]
+        if off_edge(plan, b, i, nodes.y[n], w):
+            return n
+    return k + 1
 
 
 @kept
@@ -241,7 +243,9 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w, vers
     for i in range(len(reached)):
         for j in range(reached[i]):
             n = i * s + j
-            evaluate(plan, b, i, states[i, j], path[i, j], w)
+            for k in range(len(w.q)):
+                w.q[k] = path[i, j, k]
+            at_drivers(plan, b, i, states[i, j], w, True)
             off = distance(w)
             out.residual[n], out.condition[n] = off * scales.ratio[i], condition(w, scales.ratio[i])
             good = off <= tests[0] * b.reach[i] and out.condition[n] <= tests[1]
@@ -288,11 +292,14 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w, vers
 @inlined
 def condition(w, ratio):
     """Return the condition number of the Jacobian, lengths being in diameters: `position.conditioning`."""
-    m, a = len(w.value), w.system
+    m, a = len(w.rows), w.inverse
     one, other = 0.0, 0.0
     for r in range(m):
         for j in range(m):
-            a[r, j] = v = w.jacobian[r, j]
+            v = w.jacobian[r, j]
+            if j >= 3:
+                v /= w.metric[j - 3]
+            a[r, j] = v
             a[r, m + j] = 1.0 if r == j else 0.0
             v *= ratio if j < 3 else 1.0
             one += v * v
@@ -303,17 +310,3 @@ def condition(w, ratio):
             size += a[r, m + j] * a[r, m + j]
         other += size / (ratio * ratio) if r < 3 else size
     return sqrt(one * other)
-
-
-def room(rows: int, drivers: int, nodes: int, most: int) -> tuple[Marks, Track, Between]:
-    """Return room for one body on its way: states of so many numbers."""
-    m = rows - 1
-    track = Track._make(
-        np.zeros(v) for v in (rows, m - 3, m + 1, m + 1, (m, drivers), drivers, drivers, m + 1, m + 1, m)
-    )
-    marks = Marks(np.zeros(most, np.int64), *(np.zeros(v) for v in (most, (most, rows), (most, rows))))
-    between = Between(
-        np.zeros(nodes, np.int64), np.zeros(nodes), np.zeros(nodes, bool),
-        *(np.zeros(v) for v in (8, (8, rows), (8, rows), rows, rows, drivers)),
-    )  # fmt: skip
-    return marks, track, between

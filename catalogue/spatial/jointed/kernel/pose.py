@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...native import equations
 from ...native.compiling import compiled
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, FREE = 0, 1, 2, 5
@@ -293,3 +294,58 @@ def evaluate(plan, geometry, g, y, w, jacobian):
     read(plan, y, w, row)
     if jacobian:
         paired(plan, w)
+
+
+@compiled
+def moved(plan, y, step):
+    """Move a state by a step of all unknowns, in place."""
+    for j in range(len(plan.joints)):
+        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
+        if joint_kind == FREE:
+            hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
+            s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
+            y[n] = s - (hx * vx + hy * vy + hz * vz)
+            y[n + 1] = vx + s * hx + (hy * vz - hz * vy)
+            y[n + 2] = vy + s * hy + (hz * vx - hx * vz)
+            y[n + 3] = vz + s * hz + (hx * vy - hy * vx)
+            for i in range(3):
+                y[n + 4 + i] += step[u + 3 + i]
+        else:
+            y[n] += step[u]
+            if joint_kind == CYLINDRICAL:
+                y[n + 1] += step[u + 1]
+    unitary(plan, y)
+
+
+@compiled
+def unitary(plan, y):
+    """Give quaternions the length 1, in place."""
+    for j in range(len(plan.joints)):
+        if plan.joints[j, 0] == FREE:
+            n = plan.joints[j, 4]
+            size = sqrt(y[n] * y[n] + y[n + 1] * y[n + 1] + y[n + 2] * y[n + 2] + y[n + 3] * y[n + 3])
+            for i in range(4):
+                y[n + i] /= size
+
+
+@compiled
+def lifted(plan, y, step, out):
+    """Find the rates of a state when the unknowns have those given."""
+    for j in range(len(plan.joints)):
+        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
+        if joint_kind == FREE:
+            hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
+            s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
+            out[n] = -(hx * vx + hy * vy + hz * vz)
+            out[n + 1] = s * hx + (hy * vz - hz * vy)
+            out[n + 2] = s * hy + (hz * vx - hx * vz)
+            out[n + 3] = s * hz + (hx * vy - hy * vx)
+            for i in range(3):
+                out[n + 4 + i] = step[u + 3 + i]
+        else:
+            out[n] = step[u]
+            if joint_kind == CYLINDRICAL:
+                out[n + 1] = step[u + 1]
+
+
+equations.offer(Plan, (evaluate, moved, unitary, lifted))

@@ -6,16 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...native.compiling import compiled, kept, version
+from ...native.compiling import ONE, compiled, kept, version
+from ...native.curve import TURNING, Nodes, between, step, toward, up_to_dead_point
 from ...native.elimination import substitute
-from .curve import TURNING, Nodes, cubic, step, toward, up_to_dead_point
-from .newton import corrected, factored, select
+from ...native.newton import corrected, factored, select
 from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, evaluate
 
 #: How far beyond an end of its way a value of the drive still counts as reached.
 BESIDE = 1e-12
-#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
-LEAST_BULGE = 1e-3
 #: Of these kernels.
 VERSION = version(__file__)
 
@@ -144,13 +142,12 @@ def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSI
         for side in range(2):
             sign = 2 * side - 1
             set_out(sweep.start, c, sign, nodes, limits)
-            k, why = toward(
-                plan, geometry, g, held[c], sign * sweep.orientation[c], sweep.target[c, side], nodes, limits, w
-            )
+            sense, first, target = sign * sweep.orientation[c], limits.first, sweep.target[c, side]
+            k, why, _ = toward(plan, geometry, g, held[c], sense, first, target, nodes, limits, w)
             if why == TURNING:
                 up_to_dead_point(plan, geometry, g, held[c], nodes, k, limits, w)
             sweep.end[c, side], sweep.why[c, side] = nodes.drive[k], why
-            i, bulge = 1, 0.0
+            i, bulge = ONE, 0.0
             for n in range(len(sweep.goal)):
                 value = sweep.goal[n]
                 if (value >= nodes.drive[1]) == (side == 1) and sign * (value - nodes.drive[k]) <= BESIDE:
@@ -173,50 +170,3 @@ def set_out(start, g, sign, nodes, limits):
         rate = sign * start.rate[g, j]
         nodes.y[1, j], nodes.y[0, j] = start.y[g, j], start.y[g, j] - limits.first * rate
         nodes.rate[1, j] = nodes.rate[0, j] = rate
-
-
-@compiled
-def where(nodes, i, direction, value):
-    """Return the part of the interval from node i at which the drive has a value."""
-    h, low, high = nodes.s[i + 1] - nodes.s[i], 0.0, 1.0
-    a, b, da, db = nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]
-    t = min(max((value - a) / (b - a if b != a else 1.0), 0.0), 1.0)
-    for _ in range(6):
-        off = cubic(t, h, a, b, da, db) - value
-        if direction * off < 0:
-            low = t
-        else:
-            high = t
-        better = t - off / (6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
-        if not low <= better <= high:
-            better = (low + high) / 2
-        gone, t = abs(better - t), better
-        if gone < 1e-9:
-            break
-    return t
-
-
-@compiled
-def between(nodes, i, last, direction, value, bulge, w):
-    """Find the pose, on the cubics between nodes 1 to `last`, at a value of the drive, from node i on.
-
-    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose before, `off`, where
-    that was `bulge`, it is set right.  Returns the node before the pose, and t^2 (1 - t)^2; `off` is the cubic itself.
-    """
-    drive = nodes.drive
-    if last == 1:
-        for j in range(len(w.y)):
-            w.y[j] = w.off[j] = nodes.y[1, j]
-        return 1, 0.0
-    first = i
-    if direction * drive[i] >= direction * value:
-        i = 1
-    while i < last - 1 and direction * drive[i + 1] < direction * value:
-        i += 1
-    t, h = where(nodes, i, direction, value), nodes.s[i + 1] - nodes.s[i]
-    new = (t * (1 - t)) ** 2
-    share = new / bulge if i == first and bulge > LEAST_BULGE else 0.0
-    for j in range(len(w.y)):
-        there = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
-        w.y[j], w.off[j] = there + (share * w.off[j] if share > 0 else 0.0), there
-    return i, new

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...native.compiling import compiled
-from ...native.elimination import eliminate, substitute
-from .pose import CYLINDRICAL, FREE, evaluate
+from .compiling import compiled, inlined
+from .elimination import eliminate, substitute
+from .equations import evaluate, moved, unitary
 
 #: A matrix is factored anew where the step by an old one is larger than this part of the step before.
 SLOW = 0.05
@@ -25,16 +25,16 @@ class Accuracy(NamedTuple):
     enough: Any
 
 
-@compiled
+@inlined
 def around(angle):
     """Return an angle between -pi and pi."""
     return (angle + pi) % (2 * pi) - pi
 
 
-@compiled
+@inlined
 def lacking(plan, held, w):
     """Put what the conditions of the curve lack, its sign changed, where a step is solved for."""
-    rows = len(plan.moves) - len(plan.scalars)
+    rows = len(w.value) - len(plan.scalars)
     free = len(plan.keep) - len(held)
     for i in range(len(plan.keep)):
         row = w.rows[i]
@@ -46,7 +46,7 @@ def lacking(plan, held, w):
         w.step[i] = -off
 
 
-@compiled
+@inlined
 def factored(last, w):
     """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of a singular one."""
     a, m = w.matrix, len(last)
@@ -82,39 +82,7 @@ def select(plan, held, w):
             left[row, j] = 0.0
 
 
-@compiled
-def moved(plan, y, step):
-    """Move a state by a step of all unknowns, in place."""
-    for j in range(len(plan.joints)):
-        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
-        if joint_kind == FREE:
-            hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
-            s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
-            y[n] = s - (hx * vx + hy * vy + hz * vz)
-            y[n + 1] = vx + s * hx + (hy * vz - hz * vy)
-            y[n + 2] = vy + s * hy + (hz * vx - hx * vz)
-            y[n + 3] = vz + s * hz + (hx * vy - hy * vx)
-            for i in range(3):
-                y[n + 4 + i] += step[u + 3 + i]
-        else:
-            y[n] += step[u]
-            if joint_kind == CYLINDRICAL:
-                y[n + 1] += step[u + 1]
-    unitary(plan, y)
-
-
-@compiled
-def unitary(plan, y):
-    """Give quaternions the length 1, in place."""
-    for j in range(len(plan.joints)):
-        if plan.joints[j, 0] == FREE:
-            n = plan.joints[j, 4]
-            size = sqrt(y[n] * y[n] + y[n + 1] * y[n + 1] + y[n + 2] * y[n + 2] + y[n + 3] * y[n + 3])
-            for i in range(4):
-                y[n + i] /= size
-
-
-@compiled
+@inlined
 def largest(v):
     """Return the largest size of a component; NaN if one is."""
     most = 0.0
@@ -130,7 +98,7 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
 
     Newton's method, at first; then with the Jacobian of the step before, as long as that contracts well.
     """
-    m, drive = plan.moves.shape[1], len(plan.moves) - 1
+    m, drive = len(w.step), len(w.value) - 1
     periodic = plan.scalars[-1, 4] == 1
     unitary(plan, y)
     anew, near, size = True, True, 0.0

@@ -1,4 +1,9 @@
-"""Steps along the curve of the poses, by predictor and corrector, to a value of the drive or a dead point."""
+"""Steps along the curve of the poses of any compiled equations, to a value of the drive or a dead point; poses between.
+
+A plan has, besides, `keep`: the rows of the conditions; `redundant`: whether some are implied by others; `scalars`,
+of which the last column of the last says whether the drive is known but for whole turns; `weight`: of the numbers of a
+rate of length 1; `idle`: what spins idly.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +12,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...native.compiling import compiled
-from ...native.elimination import substitute
-from .newton import around, factored, lacking, largest, moved, select, unitary
-from .pose import CYLINDRICAL, FREE, Plan, evaluate
+from .compiling import NOUGHT, ONE, compiled, inlined
+from .elimination import substitute
+from .equations import evaluate, lifted, moved, unitary
+from .newton import around, factored, lacking, largest, select
 
-#: Why a curve ended: it was to, or the reasons of `tracing`; a matrix was singular, which numpy solves.
-REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR = range(6)
+#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
+LEAST_BULGE = 1e-3
+#: Why a curve ended: it was to, or a reason; a matrix was singular, which numpy solves.  Bodies on guides end, besides,
+#: at the edge of a guide, and where a pose is not surely on the curve.
+REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR, EDGE, DOUBTFUL = range(8)
 
 
 class Limits(NamedTuple):
-    """Of a step: the constants of `tracing`."""
+    """What a step may be."""
 
     aim: Any
     refused: Any
@@ -29,10 +37,11 @@ class Limits(NamedTuple):
     bow: Any
     turn: Any
     last: Any
+    margin: Any = -1.0  # slope of the drive that counts as none, per cube of the angle turned; -1: as it may be
 
 
 class Nodes(NamedTuple):
-    """Room for the nodes of a `Trace`."""
+    """Room for nodes of a curve."""
 
     s: Any
     y: Any
@@ -43,41 +52,27 @@ class Nodes(NamedTuple):
     jacobian: Any
 
 
-def nodes(plan: Plan, most: int, numbers: int) -> Nodes:
+def nodes(unknowns: int, most: int, numbers: int) -> Nodes:
     """Return room for nodes."""
-    m = plan.moves.shape[1]
+    m = unknowns
     shapes = ((most,), (most, numbers), (most, numbers), (most,), (most,), (most, m), (most, m - 1, m))
     return Nodes(*(np.empty(shape) for shape in shapes))
 
 
 @compiled
-def lifted(plan, y, step, out):
-    """Find the rates of a state when the unknowns have those given."""
-    for j in range(len(plan.joints)):
-        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
-        if joint_kind == FREE:
-            hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
-            s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
-            out[n] = -(hx * vx + hy * vy + hz * vz)
-            out[n + 1] = s * hx + (hy * vz - hz * vy)
-            out[n + 2] = s * hy + (hz * vx - hx * vz)
-            out[n + 3] = s * hz + (hx * vy - hy * vx)
-            for i in range(3):
-                out[n + 4 + i] = step[u + 3 + i]
-        else:
-            out[n] = step[u]
-            if joint_kind == CYLINDRICAL:
-                out[n + 1] = step[u + 1]
+def at(plan, geometry, g, y, w):
+    """Find what conditions lack and the drive in one state, with their Jacobian."""
+    evaluate(plan, geometry, g, y, w, True)
 
 
-@compiled
+@inlined
 def cubic(t, h, a, b, da, db):
     """Return Hermite's cubic at the part t of an interval h."""
     u = 1 - t
     return u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db)
 
 
-@compiled
+@inlined
 def across(plan, held, w, border):
     """Find Newton's step across a tangent, and the unit vector along the curve; return the sign of the determinant."""
     sign = factored(border, w)
@@ -99,7 +94,7 @@ def across(plan, held, w, border):
     return sign
 
 
-@compiled
+@inlined
 def size_of(v):
     """Return the length of a vector."""
     total = 0.0
@@ -108,7 +103,7 @@ def size_of(v):
     return sqrt(total)
 
 
-@compiled
+@inlined
 def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
     """Try a step from node k of nodes, node b before it; leave the new state, its rates and its tangent in `w`.
 
@@ -121,19 +116,19 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
     value, slope : float
         The drive, and its derivative.
     """
-    y, m, drive = w.y, plan.moves.shape[1], len(plan.moves) - 1
+    y, m, drive = w.y, len(w.step), len(w.value) - 1
     t = 1 + h / back
     for i in range(len(y)):
         y[i] = cubic(t, back, nodes.y[b, i], nodes.y[k, i], nodes.rate[b, i], nodes.rate[k, i])
     unitary(plan, y)
-    evaluate(plan, geometry, g, y, w, True)
+    at(plan, geometry, g, y, w)
     if across(plan, held, w, nodes.tangent[k]) == 0:
         return 0, 0.0, 0.0, 0.0, 0.0
     first = size_of(w.step)
     moved(plan, y, w.step)
     for i in range(m):
         w.tangent[i] = w.along[i]
-    evaluate(plan, geometry, g, y, w, True)
+    at(plan, geometry, g, y, w)
     sign = across(plan, held, w, w.tangent)
     if sign == 0:
         return 0, 0.0, 0.0, 0.0, 0.0
@@ -150,7 +145,7 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
     return sign, first, second, value, slope
 
 
-@compiled
+@inlined
 def good_step(plan, h, nodes, k, first, second, w, limits):
     """Return whether a step is one along the same smooth curve, but for the sign of its determinant, and its arc."""
     chord, cosine, turning = 0.0, 0.0, 0.0
@@ -170,7 +165,19 @@ def good_step(plan, h, nodes, k, first, second, w, limits):
     return good and turning >= limits.turn and bow <= (limits.bow * arc) ** 2, arc
 
 
-@compiled
+@inlined
+def rises(nodes, k, arc, value, slope, margin, w):
+    """Return whether the drive grows all along a step: its cubic, whose error is the cube of the angle turned, does."""
+    a, b, rise, turn = nodes.slope[k], slope, (value - nodes.drive[k]) / arc, 0.0
+    linear, square = 6 * rise - 4 * a - 2 * b, 3 * (a + b - 2 * rise)
+    if b <= 0 or not (square > 0 and linear < 0 and linear > -2 * square):
+        return True
+    for i in range(len(w.tangent)):
+        turn += (w.tangent[i] - nodes.tangent[k, i]) ** 2
+    return a - linear * linear / (4 * square) >= margin * turn**1.5
+
+
+@inlined
 def write_node(plan, nodes, k, s, value, slope, w):
     """Write the pose of the last step as node k."""
     nodes.s[k], nodes.drive[k], nodes.slope[k] = s, value, slope
@@ -190,13 +197,14 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     whether a matrix was singular.
     """
     if plan.redundant:  # conditions that stand for all others where the step begins
-        evaluate(plan, geometry, g, nodes.y[k], w, True)
+        at(plan, geometry, g, nodes.y[k], w)
         select(plan, held, w)
         orientation = factored(nodes.tangent[k], w)
     sign, first, second, value, slope = stepped(plan, geometry, g, held, h, nodes.s[k] - nodes.s[b], nodes, k, b, w)
     if sign == 0:
         return h, False, False, True
     good, arc = good_step(plan, h, nodes, k, first, second, w, limits)
+    good = good and (limits.margin < 0 or rises(nodes, k, arc, value, slope, limits.margin, w))
     crossing = sign != orientation
     change = (limits.aim / max(first, 1e-9)) ** 0.25 if first == first else 0.3
     change = min(max(change, 0.3), 2.0)
@@ -207,40 +215,40 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
 
 
 @compiled
-def toward(plan, geometry, g, held, orientation, target, nodes, limits, w):
-    """Follow a curve from node 1, node 0 before it, until its drive has passed a target, or turns back.
+def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
+    """Follow a curve from node 1, node 0 before it, by a first step h, until its drive passes a target, or turns back.
 
-    Returns the last node and why it ended.
+    Returns the last node, why it ended, and how many steps were tried.
     """
-    direction = np.sign(target - nodes.drive[1])
+    direction, most = np.sign(target - nodes.drive[1]), len(nodes.s) - 2
+    k = ONE
     if direction == 0:
-        return 1, REACHED
-    k, h = 1, limits.first
-    for _ in range(len(nodes.s) - 2):
+        return k, REACHED, NOUGHT
+    for n in range(most):
         h, made, crossing, singular = step(plan, geometry, g, held, h, orientation, nodes, k, k - 1, k + 1, limits, w)
         if singular:
-            return k, SINGULAR
+            return k, SINGULAR, n + 1
         k += made
         passed = made and direction * (nodes.drive[k] - target) >= 0
         if made and not passed and direction * nodes.slope[k] <= 0:
-            return k, TURNING
+            return k, TURNING, n + 1
         if h < (limits.at_branch if crossing else limits.shortest):
-            return k, BRANCH if crossing else STUCK
+            return k, BRANCH if crossing else STUCK, n + 1
         if passed:
-            return k, REACHED
-    return k, LONG
+            return k, REACHED, n + 1
+    return k, LONG, most
 
 
 @compiled
 def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
     """Return the slope of the drive at an arc length next to nodes i and i + 1; the pose and its tangent are in `w`."""
-    h, drive = nodes.s[i + 1] - nodes.s[i], len(plan.moves) - 1
+    h, drive = nodes.s[i + 1] - nodes.s[i], len(w.value) - 1
     t = (s - nodes.s[i]) / h
     for j in range(len(w.y)):
         w.y[j] = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
     unitary(plan, w.y)
     for n in range(8):
-        evaluate(plan, geometry, g, w.y, w, True)
+        at(plan, geometry, g, w.y, w)
         if n == 0 and plan.redundant:
             select(plan, held, w)
         if across(plan, held, w, nodes.tangent[i]) == 0:
@@ -289,11 +297,58 @@ def stationary(plan, geometry, g, held, nodes, i, limits, w):
 def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
     """Put the dead point that lies before node k in its place."""
     s = stationary(plan, geometry, g, held, nodes, k - 1, limits, w)
-    evaluate(plan, geometry, g, w.y, w, True)
-    value = w.value[len(plan.moves) - 1]
+    at(plan, geometry, g, w.y, w)
+    value = w.value[len(w.value) - 1]
     if plan.scalars[-1, 4]:
         value = nodes.drive[k - 1] + around(value - nodes.drive[k - 1])
     for j in range(len(w.tangent)):
         w.tangent[j] = w.along[j]
     lifted(plan, w.y, w.tangent, w.rate)
     write_node(plan, nodes, k, s, value, 0.0, w)
+
+
+@inlined
+def where(nodes, i, direction, value):
+    """Return the part of the interval from node i at which the drive has a value."""
+    h, low, high = nodes.s[i + 1] - nodes.s[i], 0.0, 1.0
+    a, b, da, db = nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]
+    t = min(max((value - a) / (b - a if b != a else 1.0), 0.0), 1.0)
+    for _ in range(6):
+        off = cubic(t, h, a, b, da, db) - value
+        if direction * off < 0:
+            low = t
+        else:
+            high = t
+        better = t - off / (6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
+        if not low <= better <= high:
+            better = (low + high) / 2
+        gone, t = abs(better - t), better
+        if gone < 1e-9:
+            break
+    return t
+
+
+@inlined
+def between(nodes, i, last, direction, value, bulge, w):
+    """Find the pose, on the cubics between nodes 1 to `last`, at a value of the drive, from node i on.
+
+    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose before, `off`, where
+    that was `bulge`, it is set right.  Returns the node before the pose, and t^2 (1 - t)^2; `off` is the cubic itself.
+    """
+    drive = nodes.drive
+    if last == 1:
+        for j in range(len(w.y)):
+            w.y[j] = w.off[j] = nodes.y[1, j]
+        return 1, 0.0
+    first = i
+    if direction * drive[i] >= direction * value:
+        i = 1
+    while i < last - 1 and direction * drive[i + 1] < direction * value:
+        i += 1
+    t, h = where(nodes, i, direction, value), nodes.s[i + 1] - nodes.s[i]
+    new = (t * (1 - t)) ** 2
+    share = new / bulge if i == first and bulge > LEAST_BULGE else 0.0
+    for j in range(len(w.y)):
+        there = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
+        w.y[j], w.off[j] = there + (share * w.off[j] if share > 0 else 0.0), there
+    return i, new

@@ -1,0 +1,42 @@
+"""What compiled equations offer, so that `newton` solves them and `curve` follows the poses that satisfy them.
+
+A kernel registers its functions for the type of its plan, and numba compiles what calls them once for each: which plan
+is meant it knows from the type of the first argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from numba.extending import overload
+
+
+def evaluate(plan: Any, geometry: Any, g: int, y: Any, w: Any, jacobian: bool) -> None:
+    """Find what conditions lack and the drive, its value last, and if asked for the Jacobian of both."""
+
+
+def moved(plan: Any, y: Any, step: Any) -> None:
+    """Move a state by a step of all unknowns, in place."""
+
+
+def unitary(plan: Any, y: Any) -> None:
+    """Give quaternions the length 1, in place."""
+
+
+def lifted(plan: Any, y: Any, step: Any, out: Any) -> None:
+    """Find the rates of a state when the unknowns have those given."""
+
+
+def offer(plan: type, functions: Sequence[Any]) -> None:
+    """Let compiled functions stand for those above, in their order, wherever the first argument is a plan of a type."""
+    stubs: tuple[Callable[..., None], ...] = (evaluate, moved, unitary, lifted)
+    for stub, function in zip(stubs, functions, strict=True):
+        _offer(plan, stub, function)
+
+
+def _offer(plan: type, stub: Callable[..., None], function: Any) -> None:
+    def chosen(*given: Any) -> Any:
+        return function.py_func if getattr(given[0], "instance_class", None) is plan else None
+
+    overload(stub, jit_options=function.targetoptions, strict=False)(chosen)
