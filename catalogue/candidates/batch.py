@@ -1,5 +1,4 @@
-"""Batches of candidates: guides laid along the path of a problem, and measured there on their
-finite motion."""
+"""Candidates: guides placed along the path of a problem, measured on their finite motion."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 
 @dataclass(frozen=True)
 class Origin(Rows):
-    """Where n candidates come from: arrays of shape (n,), what they say is of the ancestor at its
-    design position."""
+    """Ancestors of n candidates, in their design positions; arrays of shape (n,)."""
 
     id: Array  # of the stored guide; -1 where there is none
     family: Array
@@ -58,14 +56,16 @@ class Origin(Rows):
 
 @dataclass(frozen=True)
 class CandidateBatch(Rows):
-    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes, arrays of shape
-    (n,).
+    """n guides placed along the path from 0 to 1, in mid-stroke; arrays of shape (n,) [strokes].
 
-    The allowance is the standard deviation of every coordinate of every pivot and of the guided
-    point at which the path stays within the deviation asked with 95 per cent probability; see
-    `catalogue.guidance.allowance`.  Negative where the deviation is too large, NaN for points that
-    return, and where nobody asked for it.  The expected deviation is the one that the path keeps
-    with that probability for the play asked; without play the deviation.
+    Attributes
+    ----------
+    allowance : ndarray
+        Standard deviation of pivot position at which 95 % of machines keep the tolerance; see
+        `catalogue.guidance.allowance`.  Negative where the deviation exceeds the tolerance, NaN for
+        returning points and where it was not requested.
+    expected : ndarray
+        Deviation that 95 % of machines with the given play keep; without play the deviation.
     """
 
     origin: Origin
@@ -82,8 +82,7 @@ class CandidateBatch(Rows):
         return len(self.point)
 
     def replaced(self, where: Array, by: CandidateBatch) -> CandidateBatch:
-        """Return these with the entries `where`, a mask or indices, from `by`, which holds just
-        those."""
+        """Replace the entries `where`, a mask or indices, by those of `by`, in order."""
         return put(self, where, by)
 
     @property
@@ -93,23 +92,26 @@ class CandidateBatch(Rows):
 
     @cached_property
     def curve(self) -> Any:
-        """The guides ready to be traced from mid-stroke, a `CouplerCurve` or, along wide arcs, a
-        `CircuitCurve`."""
+        """Their coupler curves from mid-stroke; along wide arcs a `CircuitCurve`."""
         return curves(self.linkage, self.point, self.pole, self.chart)
 
 
 def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Array) -> CouplerCurve | CircuitCurve:
-    """Return guides (n,) ready to be traced from where they stand, in charts (n,) or along their
-    circuits."""
+    """Return coupler curves (n,) from the present positions, in charts (n,) or along circuits."""
     if (chart == CIRCUIT).any():
         return along_circuits(linkage, point)
     return coupler_curve(linkage, point, pole=pole, chart=chart)
 
 
 def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
-    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to
-    +y; one that was not traced stays where it is.  Return linkages, guided points and poles, shape
-    (n,), in mid-stroke.
+    """Place traced guides along the path from 0 to 1, arcs bulging to +y.
+
+    Those that were not traced stay where they are.
+
+    Returns
+    -------
+    Linkage, complex ndarray, complex ndarray
+        In mid-stroke; guided points and poles there, shape (n,).
     """
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     linkage, point, _ = placed(guides, traced, 1.0)
@@ -120,23 +122,21 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
 
 
 def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
-    """Lay traced guides along the path and measure them there over exactly the stroke."""
+    """Place traced guides along the path and measure them over exactly the stroke."""
     return measured(problem, origin, *place_on_path(problem, guides, traced))
 
 
 def flipped(
     linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask, stroke: float = 1.0
 ) -> tuple[Linkage, Complexes, Complexes]:
-    """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path
-    (`over`)."""
+    """Run placed guides the other way (`reverse`), mirror them in the line of the path (`over`)."""
     _, pole = mirrored(linkage, pole, stroke, reverse, over)
     linkage, point = mirrored(linkage, point, stroke, reverse, over)
     return linkage, point, pole
 
 
 def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: bool) -> CandidateBatch:
-    """Measure candidates mirrored in the middle of the path (`reverse`) and in its line
-    (`over`)."""
+    """Measure mirror images: in the middle of the path (`reverse`), in its line (`over`)."""
     n = len(found)
     sides = np.full(n, reverse), np.full(n, over)
     seen = flipped(found.linkage, found.point, found.pole, *sides, problem.path.stroke)
@@ -144,8 +144,10 @@ def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: b
 
 
 def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Complexes:
-    """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`; NaN if
-    there is no region."""
+    """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`.
+
+    NaN if there is no region.
+    """
     wanted, fit = problem.constraints, traced.fit
     if wanted.fixed_pivots_in is None and wanted.pivots_in is None:
         return np.full((len(guides), 2, 2), NOWHERE)
@@ -156,14 +158,13 @@ def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Co
 
 
 def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
-    """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc
-    the first two."""
+    """Return the orientations, each (reverse, over) for n guides; two for an arc."""
     flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
 
 
 def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes) -> CandidateBatch:
-    """Return guides that stand along the path as candidates, measured over exactly the stroke."""
+    """Measure guides along the path over exactly the stroke, as candidates."""
     if problem.is_wide:
         return on_wide_arc(problem, origin, along_circuits(linkage, point))
     guides = coupler_curve(linkage, point, pole=pole, least=0.5)
@@ -171,8 +172,10 @@ def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexe
 
 
 def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
-    """Return guides that stand about the arc of a problem, in the middles of their paths, laid
-    along it and measured; `nodes` as of `wide_arcs`."""
+    """Place guides near the arc of a problem along it, and measure them.
+
+    They stand in the middles of their paths; `nodes` as of `wide_arcs`.
+    """
     path, n = problem.path, len(guides)
     assert path.radius is not None
     assert path.angle is not None
@@ -187,7 +190,7 @@ def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes:
 
 
 def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCurve, traced: Traced) -> CandidateBatch:
-    """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
+    """Measure traced guides in mid-stroke: all that the problem bounds or ranks."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
     allowance, expected = np.full(len(guides), np.nan), traced.fit.deviation.astype(float)
@@ -205,14 +208,13 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
 
 
 def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates with their allowances and expected deviations as they are shown."""
+    """Measure allowances and expected deviations to the digits that are shown."""
     allowance = _shown_allowances(problem, found.curve, found.traced)
     return replace(found, allowance=allowance, expected=_shown_expectations(problem, found))
 
 
 def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates whose allowances and expected deviations are as shown if they bound or
-    rank."""
+    """Measure allowances and expected deviations as shown where they are bounded or ranked."""
     if problem.needs_allowance:
         return with_allowance(problem, found)
     if problem.constraints.play:
@@ -239,9 +241,10 @@ def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, tra
 def near_path(
     problem: Problem, origin: Origin, moved: CouplerCurve | CircuitCurve, nominal: Nominal | None = None
 ) -> CandidateBatch:
-    """Return guides that stand nearly along the path, about positions near mid-stroke, laid along
-    it anew and measured; arcs bulge to +y already.  With the path itself as `nominal` distances are
-    from that: guides stay where they stand.
+    """Place guides near the path along it again, and measure them.
+
+    They stand near mid-stroke, arcs bulging to +y.  With a `nominal`, such as the path itself,
+    distances are from it, and guides stay where they are.
     """
     if isinstance(moved, CircuitCurve):
         return on_wide_arc(problem, origin, moved)
@@ -264,8 +267,7 @@ def near_path(
 
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates with those measured anew whose motion has a better chart than the one they
-    were traced in."""
+    """Measure candidates again in charts better than those of their traces."""
     if problem.is_wide:
         return found
     best = coupler_curve(found.linkage, found.point, pole=found.pole, least=0.5).motion.chart
@@ -278,11 +280,10 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 
 
 def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> CandidateBatch:
-    """Return candidates laid along the nominal that a finer grid gives, their deviation measured
-    there, and with more digits where double lacks them.
+    """Place candidates along the nominal of a finer grid, and measure their deviations there.
 
-    With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one
-    asked for, by as much as the grids do.
+    Where double precision does not suffice, with more digits.  With `rigid` lengths keep their last
+    digit; the fitted stroke may then differ from the requested one by as much as the grids do.
     """
     guides = found.curve
     if isinstance(guides, CircuitCurve):
@@ -321,13 +322,12 @@ def _pole(guides: CouplerCurve | CircuitCurve) -> Complexes:
 
 
 def unscaled(traced: Traced) -> Traced:
-    """Return traces whose fitted stroke is the one asked for, so that to place them along it
-    changes no length."""
+    """Set the fitted strokes to the requested one, so that placing changes no length."""
     return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 
 
 def _reversed(traced: Traced, where: Mask) -> Traced:
-    """Return the traces with those `where` a mask says so run through from the other end."""
+    """Reverse the direction of the traces that a mask selects."""
     fit = traced.fit
     way = np.where(where, -1, 1)
     start = np.where(where, fit.start + fit.stroke * fit.along, fit.start)

@@ -1,4 +1,4 @@
-"""Values of candidates by name, and by how much they break each constraint of a problem."""
+"""Values of candidates by name, and their violations of the constraints of a problem."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ from .batch import CandidateBatch, every_flip, flipped
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
 #: slots with the latter.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
-#: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians,
-#: so that a guide may deviate on its way to where its pivots are to stand; and the amount of a
-#: relaxed constraint.  Of 0.1 to 0.001 the former answers nine hard requests of
-#: `tests/benchmarks/recall.py` best with 0.01.
-BESIDE, RELAXED = 0.01, 0.02
+#: Weight of the logarithm of the deviation beside lengths in strokes and angles in radians: a guide
+#: may deviate on its way to a region of its pivots.  Of 0.1 to 0.001 this answers nine hard
+#: requests of `tests/benchmarks/recall.py` best.
+BESIDE = 0.01
+#: Weight of a relaxed constraint.
+RELAXED = 0.02
 #: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded
 #: to double are off by more than such a guide deviates.  The first where no `max_size` is given,
 #: unless something else that is asked for is more than a tenth as large.
@@ -52,9 +53,10 @@ TIE = 1e-12
 
 @dataclass(frozen=True)
 class Feasibility:
-    """By how much n candidates break each constraint: lengths in strokes, angles in radians, the
-    deviation as the logarithm of what it is over what is asked, ratios in parts of the bound; 0
-    where it holds, infinite where the path does not reach over the stroke.
+    """Violations of n candidates, by constraint; 0 where it holds.
+
+    Lengths are in strokes, angles in radians, ratios in parts of the bound; the deviation is the
+    logarithm of deviation over tolerance.  Infinite where the path is shorter than the stroke.
     """
 
     amounts: Mapping[str, Floats]
@@ -62,41 +64,39 @@ class Feasibility:
 
     @cached_property
     def total(self) -> Floats:
-        """All amounts together, each by its weight, shape (n,)."""
+        """Weighted sum of the violations, shape (n,)."""
         weighed = [amount * weight(name, self.relaxed) for name, amount in self.amounts.items()]
         return np.asarray(np.sum(weighed, axis=0))
 
     @cached_property
     def all(self) -> Mask:
-        """Which candidates meet all constraints, shape (n,)."""
+        """Whether candidates satisfy all constraints, shape (n,)."""
         return np.asarray((np.stack(list(self.amounts.values())) <= ROUNDING).all(axis=0))
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many candidates break each constraint."""
+        """Numbers of candidates that violate each constraint."""
         return {name: number for name, a in self.amounts.items() if (number := int((a > ROUNDING).sum()))}
 
 
 def weight(name: str, relaxed: str = "") -> float:
-    """Return what the amount counts for by which a constraint is broken; where one is relaxed, all
-    others count."""
+    """Return the weight of a violation in the total; if one is relaxed, others count fully."""
     return RELAXED if name == relaxed else BESIDE if name == "deviation" and not relaxed else 1.0
 
 
 def nearer_arm(found: CandidateBatch) -> Floats:
-    """Return how far guided points are from the nearer moving pivot of the linkages as they are
-    traced, shape (n,)."""
+    """Return the distances of guided points from nearer moving pivots, as traced, (n,)."""
     arms = np.abs(found.linkage.points[:, :, 1] - found.point[:, None])
     return np.asarray(np.fmin.reduce(np.where(found.linkage.finite[:, :, 1], arms, np.nan), axis=1))
 
 
 def machine(problem: Problem, found: CandidateBatch) -> Linkage:
-    """Return the linkages as they are built: those of slots are traced as their inversions."""
+    """Return the linkages as built: those of slots are traced as their inversions."""
     return found.linkage.inverted() if problem.constraints.slots else found.linkage
 
 
 def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return what a ranking is a function of; see `catalogue.problem.ranking.Ranking.cost`."""
+    """Return the arguments of a ranking; see `catalogue.problem.ranking.Ranking.cost`."""
     m = found.measures
     with np.errstate(all="ignore"):
         return {
@@ -112,16 +112,16 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def uniformity(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return least over largest speed of the guided points over the stroke, shape (n,); 0 without a
-    steady drive."""
+    """Return least over largest speed of guided points, (n,); 0 without a steady drive."""
     works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
     return np.nan_to_num(works.uniformity)
 
 
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return the least transmission angles [deg] that a ranking looks at, shape (n,): over the
-    stroke, and if the crank is to turn fully over its turn, 0 where it does not, as at the change
-    point where it begins to."""
+    """Return the least transmission angles that are ranked, shape (n,) [deg].
+
+    Over the stroke; if the crank must turn fully over its turn, 0 where it does not turn.
+    """
     over_stroke, driver = found.measures.min_transmission, found.measures.driver
     if not problem.constraints.full_rotation:
         return over_stroke
@@ -129,25 +129,23 @@ def transmission(problem: Problem, found: CandidateBatch) -> Floats:
 
 
 def cost(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is
-    relaxed."""
+    """Return the ranked cost of candidates, shape (n,); 0 where a constraint is relaxed."""
     if problem.relaxed:
         return np.zeros(len(found))
     return problem.ranking.cost(values(problem, found))
 
 
 def faults(problem: Problem, found: CandidateBatch) -> Indices:
-    """Return by how many measures candidates are worthless, where the score is ranked, shape
-    (n,)."""
+    """Count the worthless measures of candidates, where the score is ranked, shape (n,)."""
     if problem.relaxed or "score" not in problem.ranking.weights:
         return np.zeros(len(found), int)
     return problem.ranking.faults(values(problem, found))
 
 
 def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False) -> Feasibility:
-    """Return by how much candidates break each constraint, all read on their finite motion.
+    """Compute the violations of candidates, all measured on their finite motion.
 
-    With `signed` amounts are negative where a constraint holds with something to spare.
+    With `signed` they are negative where a constraint holds with a margin.
     """
 
     def over(value: Floats, missing: float = 0.0) -> Floats:
@@ -186,13 +184,12 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
 
 
 def excess(row: Bound, value: Floats, bound: float) -> Floats:
-    """Return by how much values break a bound, negative where they do not."""
+    """Return the violations of a bound, negative inside."""
     return value - bound if row.upper else bound - value
 
 
 def farthest(problem: Problem) -> float:
-    """Return the largest size of an answer [strokes]: where no `max_size` is given it stands for
-    that."""
+    """Return the largest size of an answer, which replaces a missing `max_size` [strokes]."""
     wanted = problem.constraints
     if wanted.max_size is not None:
         return FARTHEST[1]
@@ -206,8 +203,7 @@ def farthest(problem: Problem) -> float:
 
 
 def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return by how much the bounds on how guides are driven are broken, negative where they are
-    not."""
+    """Compute the violations of bounds on the drive, negative inside."""
     bounds = [(row, bound) for row in DRIVES if (bound := getattr(problem.constraints, row.name)) is not None]
     if not bounds:
         return {}
@@ -220,8 +216,7 @@ def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
 
 
 def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT) -> dict[str, Floats]:
-    """Return how far links reach out of the room or into what is to be kept free, negative where
-    they do not."""
+    """Compute how far links leave the region or enter keep-out zones, negative inside."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
         poses, built = SampledPoses.of(found.curve, found.traced, nodes, inverse=wanted.slots), machine(problem, found)
@@ -239,11 +234,10 @@ def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT
 
 
 def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> dict[str, Floats]:
-    """Return how far pivots, rails and slots stand outside their regions, by name of the region,
-    shape (n,) each.
+    """Compute how far pivots, rails and slots lie outside their regions, by region, shape (n,).
 
-    `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; a pivot at infinity
-    stands nowhere.
+    `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; pivots at infinity
+    are exempt.
     """
     amounts = {}
     for name in PIVOT_REGIONS:
@@ -267,20 +261,18 @@ def standing(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
 
 
 def _ends_within(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
-    """Return the ends (n, 2, 2) of those rails and slots that a region of pivots must hold, NaN of
-    others."""
+    """Return the ends (n, 2, 2) of rails and slots in a region, NaN of others."""
     return slides if 1 in PIVOT_REGIONS[name] else rails(linkage, slides)
 
 
 def _outside(region: Region, z: Complexes) -> Floats:
-    """Return how far places lie outside a region, negative inside, 0 where there is none (NaN)."""
+    """Return the distances of places out of a region, negative inside, 0 for NaN."""
     there = np.isfinite(z)
     return np.where(there, region.outside(np.where(there, z, 0)), 0.0)
 
 
 def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
-    """Return how far rails and slots protrude from a concave region between their ends, shape
-    (n,)."""
+    """Compute how far rails and slots leave a concave region between their ends, shape (n,)."""
     ends = _ends_within(name, linkage, slides)
     out = np.zeros(ends.shape[:2])
     there = np.isfinite(ends).all(axis=-1)
@@ -292,7 +284,7 @@ def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes
 def best_orientation(
     problem: Problem, linkage: Linkage, point: Complexes, pole: Complexes, slides: Complexes
 ) -> tuple[Linkage, Complexes, Complexes]:
-    """Reverse or mirror placed guides where that lowers the violation of the pivot regions.
+    """Reverse or mirror placed guides where this lowers the violations of pivot regions.
 
     Parameters
     ----------

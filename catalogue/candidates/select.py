@@ -1,12 +1,13 @@
-"""Which candidates are given: the best that are unlike each other, few of a series as long as there
-are others; by several criteria first those that no other one beats in all, spread over what can be
-traded.
+"""Selection of answers: the best that are unlike each other.
 
-Likeness is that of designs, whatever their scale, placement and mirror image.  A candidate is laid
+Few are of one series while there are others; by several criteria Pareto fronts come one after the
+other, each spread over its range.
+
+Likeness is that of designs, whatever their scale, placement and mirror image. A candidate is placed
 so that its path runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of
-the path and across its middle (an arc only across), and to have its dyads exchanged.  A pivot is
+the path and across its middle (an arc only across), and to have its dyads exchanged. A pivot is
 taken as the line to it from an eye one stroke above the middle of the path, and two pivots are as
-far apart as the sine of the angle of their lines.  This is a metric, 0 to 1, in which a pivot at
+far apart as the sine of the angle of their lines. This is a metric, 0 to 1, in which a pivot at
 infinity is as good as any: near the path it is the distance over the stroke, far away that of the
 directions.
 """
@@ -29,8 +30,7 @@ BLOCK = 4096
 
 
 def normal_form(pivots: Floats, stroke: float) -> Floats:
-    """Return the pivots (n, 2, 2, 3) of laid linkages as unit vectors (n, 4, 3): dyad by dyad,
-    fixed and moving."""
+    """Convert pivots (n, 2, 2, 3) to unit vectors (n, 4, 3): dyad by dyad, fixed and moving."""
     unit = pivots.copy()
     unit[..., 0] -= 0.5 * stroke * unit[..., 2]
     unit[..., 2] *= stroke
@@ -38,9 +38,11 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
 
 
 def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
-    """Return designs, unit vectors (m, k, 3) to the pivots and what else there is, as they may be
-    seen: from the other side, if `mirror` also mirrored in their path, and with the dyads
-    exchanged; shape (k, 3, m * poses)."""
+    """Return all views of designs, unit vectors (m, k, 3), that count as one.
+
+    From the other side, with `mirror` also mirrored in the path, and with the dyads exchanged;
+    shape (k, 3, m * views).
+    """
     signs = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)][: 4 if mirror else 2], designs.dtype)
     seen = designs[:, None] * signs[:, None]
     exchanged = [2, 3, 0, 1, *range(4, designs.shape[1])]
@@ -49,11 +51,10 @@ def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
-    """Return the distances of designs (m, 4, 3), see `normal_form`, from others (n, 4, 3): the
-    largest of a pivot, in the pose in which that is least; with `mirror`, for straight paths, they
-    may be mirrored in the line of the path.
+    """Compute the distances of designs (m, 4, 3) from others (n, 4, 3); see `normal_form`.
 
-    Shape (m, n), between 0 and 1; rounding makes up to 3e-8 of 0.
+    The largest distance of a pivot, in the view in which it is least; with `mirror`, for straight
+    paths, views mirrored in the path too.  Shape (m, n), 0 to 1; rounding turns 0 into up to 3e-8.
     """
     poses = in_every_pose(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
@@ -66,8 +67,7 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
 
 
 def nearest(designs: Floats, *, mirror: bool) -> Floats:
-    """Return how near each design is to the nearest other one, NaN if there is no other, shape
-    (n,)."""
+    """Return the distance of each design from the nearest other, (n,); NaN for one alone."""
     if len(designs) < 2:
         return np.full(len(designs), np.nan)
     away = distances(designs, designs, mirror=mirror)
@@ -76,15 +76,14 @@ def nearest(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indices:
-    """Return the numbers of the best of laid designs (n, 2, 2, 3) that are unlike each other, in
-    their order.
+    """Select the best placed designs (n, 2, 2, 3) that are unlike each other.
 
     Parameters
     ----------
     merit : ndarray, shape (n,)
-        Less is better; what is not finite is left out.
+        Less is better; those that are not finite are left out.
     count : int
-        How many at most.
+        Largest number.
     mirror : bool
         As of `distances`.
     """
@@ -101,12 +100,11 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
 
 
 def fronts(values: Floats) -> Array:
-    """Return the number of the Pareto front of each row of criteria (n, k), no NaN, less is better;
-    from 1, shape (n,).
+    """Return the Pareto front of each row of criteria (n, k), less is better; from 1, (n,).
 
-    A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows
-    that none dominates, front 2 those that only rows of front 1 dominate, and so on (Goldberg 1989,
-    nondominated sorting).
+    A row dominates another if no criterion is larger and one is smaller.  Front 1 has the rows that
+    none dominates, front 2 those that only front 1 dominates, and so on (Goldberg 1989,
+    nondominated sorting).  Criteria must not be NaN.
     """
     number = np.zeros(len(values), int)
     for i in np.lexsort(values.T[::-1]):  # no row is dominated by a later one
@@ -116,12 +114,11 @@ def fronts(values: Floats) -> Array:
 
 
 def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
-    """Return an order of the rows of criteria (n, k), front by front, and the front of each row.
+    """Order rows of criteria (n, k) front by front; return the order, and the front of each row.
 
-    Within a front the first is the best by the first criterion; each next one is the farthest from
-    those before it, criteria measured by their range over the front, so that any beginning of the
-    front covers all of it.  A `key` (n,) decides between equal rows: the order does not depend on
-    how the rows come.
+    A front begins with the best by the first criterion; each next row is the farthest from those
+    before it, in ranges of the criteria over the front, so that the first few cover all of it.  A
+    `key` (n,) decides between equal rows.
     """
     number = fronts(values)
     order: list[int] = []
@@ -147,8 +144,7 @@ IDENTICAL = 1e-6
 
 
 def ranks(*keys: Array) -> Indices:
-    """Return how many things with the same keys, of int or str, shape (n,) each, come before each,
-    shape (n,)."""
+    """Count the earlier entries with equal keys, int or str arrays (n,), shape (n,)."""
     if not len(keys[0]):
         return np.zeros(0, int)
     order = np.lexsort(keys)  # stable
@@ -159,9 +155,13 @@ def ranks(*keys: Array) -> Indices:
 
 
 def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Array]:
-    """Return the best of candidates that meet the constraints in their order, fewest faults first,
-    as many as are asked for at most, and the number of the Pareto front of each, from 1; 0 without
-    fronts."""
+    """Select the requested number of feasible candidates, best first, fewest faults first.
+
+    Returns
+    -------
+    CandidateBatch, ndarray of int
+        The selected ones, and their Pareto fronts, from 1; 0 without fronts.
+    """
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
     if not ranking.front:
@@ -177,8 +177,10 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
 
 
 def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
-    """Return the first of an order that are unlike each other, few of a series as long as there are
-    others, as many as are asked for."""
+    """Select the first of an order that are unlike each other.
+
+    As many as are requested, and few of a series while there are others.
+    """
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, IDENTICAL)
     like = np.zeros(len(order), bool)

@@ -24,8 +24,10 @@ def linkages(pivots: Floats, kind: Array) -> Linkage:
 
 
 def canonical(rows: Mapping[str, Array]) -> CouplerCurve:
-    """Return stored guides in their canonical frame, whose origin is the pole; those of slots in
-    their motion."""
+    """Return stored guides in their canonical frame, whose origin is the pole.
+
+    Those of slots in the motion of the slot.
+    """
     z = rows["x"] + 1j * rows["y"]
     return coupler_curve(linkages(stacked_pivots(rows), rows["kind"]), z, pole=np.zeros_like(z))
 

@@ -66,9 +66,10 @@ def _excess(traced: Traced, sweep: float) -> Floats:
 
 
 def _between(x: Floats, y: Floats) -> Floats:
-    """Interpolate the zero of y between the first point, y <= 0, and the second, y >= 0.
+    """Interpolate the zero of y between two points.
 
-    By a parabola in y through three points if its zero is between them, else by a line.
+    At the first y <= 0, at the second y >= 0.  By a parabola in y through three points if its zero
+    is between them, else by a line.
     """
     (a, b, c), (p, q, r) = x, y
     line = np.where(q > p, (a * q - b * p) / (q - p), 0.5 * (a + b))

@@ -1,4 +1,4 @@
-"""The return of a guided point over the turn of its driving crank, and its lift off the nominal."""
+"""Return paths of guided points, the driving crank turning on, and their lift."""
 
 from __future__ import annotations
 

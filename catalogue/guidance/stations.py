@@ -246,7 +246,7 @@ class Stationed(Rows):
         return Stationed.settled(linkage, factor * self.point + shift, bend, left, self.angle)
 
     def _of_best_place(self, error: Floats) -> tuple[Complexes, Floats]:
-        """Return by how much arcs of these radii are to be moved, and what is left of errors."""
+        """Return the best shifts of arcs of these radii, and the remaining errors."""
         turn = np.angle(self.nominal[1]).T
         (up, back), left = _fitted(np.stack([np.cos(turn), np.sin(turn)], axis=2), error)
         return back - 1j * up, left
@@ -269,7 +269,7 @@ class Stationed(Rows):
 
 
 def _of_best_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
-    """Return factors and shifts of paths near a line, and what is left of their errors (n, m)."""
+    """Return factors and shifts of paths near a line, and the remaining errors (n, m)."""
     nodes = grid(error.shape[1] - 1).nodes
     columns = np.broadcast_to(np.stack([np.ones_like(nodes), nodes], axis=1), (*error.shape, 2))
     (up, slope), left = _fitted(columns, error)
@@ -281,7 +281,7 @@ def _of_best_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
 
 
 def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
-    """Return the coefficients (k, n) of columns (n, m, k) nearest to errors, and what is left."""
+    """Fit columns (n, m, k) to errors; return coefficients (k, n) and residuals."""
     across = np.swapaxes(columns, 1, 2)
     square = across @ columns
     diagonal = np.einsum("nii->ni", square)

@@ -1,9 +1,7 @@
-"""Refinement: move the pivots and the guided points of candidates until what they are ranked by is
-least.
+"""Refinement: move pivots and guided points of candidates to minimise the ranked cost.
 
-`sqp` drives, `subproblem` says what may move and linearises, `quantities` has the derivatives,
-`step` makes of them a programme, which `interior_point` solves, `certificate` proves, and tells how
-far it went.
+`sqp` iterates, `subproblem` linearises, `quantities` has the derivatives, `step` makes a linear
+programme of them, which `interior_point` solves, `certificate` bounds what is left to gain.
 
 `race` leads many starts inside the limits of a problem without a programme, by the steps of
 `hinges`. Import from the modules; they import `candidates`, `series` (for the drift), `problem`,

@@ -1,5 +1,6 @@
-"""What is said of refined guides: how far they are from a stationary point of what they were
-refined for, by duality, and how far they have drifted from the series of their ancestors.
+"""Certificates of refined guides: the gap to a stationary point, by duality, and the drift.
+
+The drift is how far a guide has left the series of its ancestor.
 
 Of the linear problem  min c y  over the steps |s_k| <= r, the measures y, and the constraints  rows
 (s, y) <= right, any multipliers of the rows that balance the cost of the measures prove
@@ -88,8 +89,10 @@ INSTANTS = 64
 
 
 class Drifts:
-    """How far refined answers have drifted from their series, which a function returns by code;
-    measured when first asked for, as it takes the plugins."""
+    """Drifts of refined answers from their series, measured on first use.
+
+    A function returns the series by code: it loads the plugins.
+    """
 
     def __init__(self, found: CandidateBatch, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
         self._asked = found, series, slots
@@ -101,7 +104,7 @@ class Drifts:
         return drift(found, series(), slots)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Copies and pickles hold the measured values."""
+        """Return the measured values, which copies and pickles hold."""
         return {"least": self.least}
 
 

@@ -1,5 +1,4 @@
-"""Bounds on how guides are driven, as smooth pieces with their derivatives by the pivots; loaded if
-there are any.
+"""Bounds on the drive as smooth pieces, with derivatives by the pivots; loaded on use.
 
 At a fixed place along the nominal the angle of the crank that drives has a derivative by the
 pivots, and so has its own derivative along the path: by how much the crank turns per length of the

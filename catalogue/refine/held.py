@@ -14,9 +14,12 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from .subproblem import PivotCoordinates
 
-#: Step of the differences of lengths by coordinates, and corrections of the lengths after a move
-#: until they are off by this part at most [strokes].
-STEP, ROUNDS, CLOSE = 1e-6, 6, 1e-13
+#: Step of the differences of lengths by coordinates [strokes].
+STEP = 1e-6
+#: Corrections of the lengths after a move at most.
+ROUNDS = 6
+#: Error of the lengths at which corrections stop [strokes].
+CLOSE = 1e-13
 
 
 @dataclass(frozen=True)
@@ -76,8 +79,7 @@ class HeldLengths:
         return linkage[closed], point[closed], there
 
     def _drawn_back(self, linkage: Linkage) -> Linkage:
-        """Return linkages whose fixed pivots are drawn back to within the distance of their
-        places."""
+        """Move fixed pivots back to within the tolerance of their prescribed places."""
         assert self.places is not None
         away = linkage.points[:, :, 0] - self.places
         far = np.maximum(np.abs(away) / self.within, 1.0)

@@ -18,8 +18,10 @@ import numpy as np
 
 from ..kinematics.types import Floats
 
-#: The damping follows the length of steps over their radius, within these parts at a time.
-LESS, MORE = 0.2, 30.0
+#: Least factor of the damping from step to step; it follows the length of steps over their radius.
+LESS = 0.2
+#: Largest factor.
+MORE = 30.0
 #: Damping that rounding asks for, over the largest entry of a matrix.
 TINY = 1e-13
 #: Least damping.
@@ -28,7 +30,7 @@ LEAST = 0.01
 
 @dataclass(frozen=True)
 class Hinges:
-    """Functions of p coordinates, k + l + q for each of n machines, all in units that weigh them.
+    """Linear functions of p coordinates, k + l + q for each of n machines, weighted.
 
     Attributes
     ----------

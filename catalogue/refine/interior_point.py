@@ -9,10 +9,13 @@ import numpy as np
 from ..kinematics.batch import Rows
 from ..kinematics.types import Array, Floats
 
-#: Most iterations; what is left of complementarity, rows and gradient at which they stop; and of
-#: complementarity alone, below which the others, if they do not fall by half, are rounding, that of
-#: large multipliers, and would but grow.
-ITERATIONS, CLOSE, CLOSEST = 50, 1e-6, 1e-9
+#: Iterations at most.
+ITERATIONS = 50
+#: Residual of complementarity, rows and gradient at which they stop.
+CLOSE = 1e-6
+#: Residual of complementarity below which the others, unless they fall by half, are rounding of
+#: large multipliers, which would only grow.
+CLOSEST = 1e-9
 #: Programmes solved together at most.
 BLOCK = 128
 #: Multipliers start at this power of the largest cost, which is what penalties bring them to in the
@@ -39,8 +42,8 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
     Returns
     -------
     x : ndarray, shape (n, p)
-        The last iterate, also where the rows contradict one another; NaN where they do not determine x in double
-        precision.
+        The last iterate, also where the rows contradict one another; NaN where x is not
+        determined in double precision.
     multipliers : ndarray, shape (n, k)
         Of the rows, all positive.
     """
@@ -142,8 +145,7 @@ def _newton(of: _Programmes, at: _Iterates, missing: _Missing, normal: Floats, t
 
 
 def _solved(matrix: Floats, right: Floats) -> Array:
-    """Return the solutions of linear systems, NaN of singular ones: the others do not depend on
-    these."""
+    """Solve linear systems one by one, NaN for singular ones."""
     try:
         return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
@@ -154,7 +156,7 @@ def _solved(matrix: Floats, right: Floats) -> Array:
 
 
 def _far(value: Floats, step: Floats) -> Floats:
-    """Return the longest part of a step, at most 1, that leaves no value below 0, (n, 1)."""
+    """Return the largest fraction of a step that leaves all values non-negative, (n, 1)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(step < 0, -value / step, np.inf)
     return np.asarray(np.minimum(reach.min(1, keepdims=True), 1.0))

@@ -1,5 +1,4 @@
-"""Measures of placed guides as the largest of smooth pieces, with the derivatives of these by the
-pivots.
+"""Measures of placed guides as maxima of smooth pieces, with derivatives by the pivots.
 
 A size is the largest of many distances, a least transmission angle the least of many angles: each
 piece is smooth, so that several can decide at once.  Signs are such that more is worse.  Lengths
@@ -142,8 +141,11 @@ class Quantities:
         return made[name]()
 
     def ranked(self, name: str) -> Pieces:
-        """Return the pieces of a measure that is ranked: the transmission over the turn too of a
-        crank that is to turn fully, though a bound on the transmission is one over the stroke."""
+        """Return the pieces of a ranked measure.
+
+        The ranked transmission is that over the turn too where a crank must turn fully; a bound on
+        it holds over the stroke.
+        """
         if name != "transmission" or not self.problem.constraints.full_rotation:
             return self(name)
         both = zip(self(name), self("transmission_turn"), strict=True)
@@ -159,7 +161,7 @@ class Quantities:
         ]
         return Pieces.of(rows)
 
-    # -- lengths ------------------------------------------------------------------------------------------------
+    # -- lengths ---------------------------------------------------------------------------
     def _place(self, j: int) -> Complexes:
         """Return where a pivot 0 ... 3, or the guided point 4, stands; NaN at infinity."""
         if j == 4:
@@ -207,8 +209,7 @@ class Quantities:
 
     @property
     def _corners(self) -> Complexes:
-        """Places of the nominal that its size is read from: its ends, and others of an arc beyond a
-        half circle."""
+        """Places of the nominal that count for the size: ends, and others on a wide arc."""
         path = self.problem.path
         if not path.is_wide or path.radius is None or path.angle is None:
             return np.array([0j, path.stroke + 0j])
@@ -224,7 +225,7 @@ class Quantities:
             places += [(np.where(there, z, np.nan), by) for z, by in ends]
         return Pieces.of(row for z, by in places for row in outside(region, z, by))
 
-    # -- slides -------------------------------------------------------------------------------------------------
+    # -- slides ----------------------------------------------------------------------------
     @cached_property
     def _slides(self) -> dict[int, list[Row]]:
         """Possible ends of rails and slots in mid-stroke, by the number of the dyad.
@@ -263,10 +264,12 @@ class Quantities:
                 yield from (distance(end, other) for other in others)
                 others.append(end)
 
-    # -- angles -------------------------------------------------------------------------------------------------
+    # -- angles ----------------------------------------------------------------------------
     def _transmission(self) -> Pieces:
-        """Less the transmission angles at the stations, in right angles, with the crank that
-        drives; all as much lower as the least one between them is."""
+        """Return minus the transmission angles at the stations [right angles].
+
+        The given crank drives; all are lowered by as much as the least one between stations is.
+        """
         driver = self.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
         least = ((np.sign(sine.sum(0)) * sine).min(0) for sine in (other, first))
@@ -343,7 +346,7 @@ class Quantities:
         there = np.where(finite, pose.point(z), pose.direction(z))
         return there, slope + np.where(finite[:, None], self.by.shift, 0)
 
-    # -- room ---------------------------------------------------------------------------------------------------
+    # -- room ------------------------------------------------------------------------------
     def _swept(self) -> Pieces:
         """Largest distances of pivots and guided point out of each side of a convex region."""
         wanted, n = self.problem.constraints, np.arange(len(self))
@@ -380,8 +383,7 @@ class Quantities:
         return Driving(self).uniformity()
 
     def _turning(self) -> Pieces:
-        """By how much the crank nearest to it fails to turn fully, in lengths; see
-        `catalogue.guidance.metrics`."""
+        """Return by which length the best crank fails to turn fully; see `guidance.metrics`."""
         built = self.machine
         kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
@@ -399,15 +401,15 @@ class Quantities:
         return Pieces.of((np.where(where, value, np.nan), slope) for where, (value, slope) in cases)
 
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
-        """Return lengths with the first crank where a mask (n,) says so, else with the other: the
-        crank, the frame, the coupler, the other crank, its offset, and how far its fixed pivot is
-        from that of the crank."""
+        """Return crank, frame, coupler, other crank, its offset, distance of the fixed pivots.
+
+        The crank is the first one where a mask (n,) is True, else the other.
+        """
         z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
-        return (
-            chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
-            chosen(first, self._offset(0), self._offset(1)),
-            apart(z[:, 0, fixed], fixed, z[:, 1, fixed], 2 + fixed),
-        )  # fmt: skip
+        crank, other = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])
+        offset = chosen(first, self._offset(0), self._offset(1))
+        away = apart(z[:, 0, fixed], fixed, z[:, 1, fixed], 2 + fixed)
+        return crank, self._length(*self._frame), links[2], other, offset, away
 
     def _offset(self, i: int) -> Row:
         """Distance of a pivot of crank i from the slide of the other dyad.
@@ -455,8 +457,10 @@ def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
 
 
 def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
-    """Distance of two points and its derivatives; 0 ... 3 pivots, 4 the guided point, 5 a point
-    that stays."""
+    """Return the distance of two points and its derivatives.
+
+    Points 0 to 3 are pivots, 4 the guided point, 5 a fixed point.
+    """
     by = np.zeros((len(one), COUNT + 2))
     between = one - other
     with np.errstate(all="ignore"):
@@ -468,8 +472,10 @@ def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
 
 
 def distance(one: Row, other: Row) -> Row:
-    """Distance of two places (n,) with complex derivatives (n, 10), and its derivatives; NaN if
-    they are one."""
+    """Return the distance of places (n,) and its derivatives; NaN if they coincide.
+
+    The places have complex derivatives (n, 10).
+    """
     between = one[0] - other[0]
     with np.errstate(all="ignore"):
         unit = np.where(np.abs(between) > SAME, between / np.abs(between), np.nan)
@@ -477,15 +483,17 @@ def distance(one: Row, other: Row) -> Row:
 
 
 def own_slope(n: int, k: int) -> Complexes:
-    """Derivatives (n, 10) of pivot k, 4 the guided point, by its own coordinates."""
+    """Return the derivatives (n, 10) of pivot k, 4 the guided point, by its coordinates."""
     by = np.zeros((n, COUNT), complex)
     by[:, 2 * k], by[:, 2 * k + 1] = 1, 1j
     return by
 
 
 def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
-    """How far places with complex derivatives lie outside each side of a convex region; of another
-    one outside the nearest side alone."""
+    """Return how far places lie outside a region, with derivatives.
+
+    Outside each side of a convex region; outside the nearest side of another one.
+    """
     corner, out = region.sides
     if region.is_convex:
         for c, normal in zip(corner, out, strict=True):

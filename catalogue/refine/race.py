@@ -79,10 +79,8 @@ class Race:
             some = np.flatnonzero(machine.reached)
             here = Linear.of(problem, machine[some])
         n = len(some)
-        return cls(
-            problem, here, here, here.violation <= 0, some, np.zeros((n, here.bounded)),
-            np.full(n, TRUST.first), np.full(n, DAMPING),
-        )  # fmt: skip
+        damping, radius = np.full(n, DAMPING), np.full(n, TRUST.first)
+        return cls(problem, here, here, here.violation <= 0, some, np.zeros((n, here.bounded)), radius, damping)
 
     def __len__(self) -> int:
         return len(self.start)
@@ -109,8 +107,10 @@ class Race:
         return self._some(unlike(pivots, self.merit, count, mirror=mirror))
 
     def finalists(self, starts: CandidateBatch) -> CandidateBatch:
-        """Return the best of each as candidates, measured on their finite motion; those that do
-        not run over the stroke are left out."""
+        """Return the best of each as candidates, measured on their finite motion.
+
+        Those whose paths are shorter than the stroke are left out.
+        """
         machine = self.best.machine
         nothing = np.full(len(self), complex(np.nan, np.nan))
         origin = take(starts.origin, self.start)

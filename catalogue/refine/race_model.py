@@ -29,8 +29,10 @@ from .subproblem import FLATTEST, PIVOT_STEP, limits, marginal_costs, units, wid
 SPARE = (0.04, 0.05)
 #: What limits are to spare then [strokes, right angles].
 APART = (4e-3, 2e-3)
-#: Parts of both that are missed at no price.
-LITTLE, SLIGHTLY = 2e-3, 2e-4
+#: Part of the former that is missed at no price.
+LITTLE = 2e-3
+#: Part of the latter.
+SLIGHTLY = 2e-4
 #: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
 UNIT = 0.05
 #: Part of the tolerance that errors which are ranked are counted in.
@@ -114,10 +116,9 @@ class Linear(Rows):
         good = machine.reached & np.isfinite(broken) & np.isfinite(slope).all((1, 2))
         good &= np.isfinite(limit_slope).all((1, 2)) & np.isfinite(measure_slope).all((1, 2))
         good &= machine.curvature > SHARPEST
-        return cls(
-            machine, slope, limit, limit_slope, measure, measure_slope, rate, tolerance, aim,
-            np.asarray(ranked.cost, float), np.where(good, broken, np.inf),
-        )  # fmt: skip
+        cost, violation = np.asarray(ranked.cost, float), np.where(good, broken, np.inf)
+        rows = limit, limit_slope, measure, measure_slope
+        return cls(machine, slope, *rows, rate, tolerance, aim, cost, violation)
 
     def __len__(self) -> int:
         return len(self.cost)
@@ -214,8 +215,10 @@ def _both_sides(error: Floats, slope: Floats) -> Pieces:
 
 
 def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
-    """Return the derivatives of the largest scatter of each machine by the coordinates, (n, 10):
-    differences at its station, to which the displaced machine is led by its first derivatives."""
+    """Return the derivatives of the largest scatter of each machine by the coordinates, (n, 10).
+
+    Differences at its station, to which displaced machines move by their first derivatives.
+    """
     square = (by.across**2).sum(-1)
     step = np.tile(PIVOT_STEP * np.eye(COUNT), (len(machine), 1))
     each, moved = np.repeat(np.arange(len(machine)), COUNT), np.tile(np.arange(COUNT), len(machine))

@@ -1,13 +1,10 @@
-"""Refinement of placed guides on their finite motion: sequential quadratic programming with elastic
-constraints.
+"""Refinement on the finite motion: sequential programming with elastic constraints.
 
-Each round linearises the distance from the nominal at Chebyshev points, all constraints and all
-ranked measures (`subproblem`), asks for the steps that make the cost least within several radii
-(`step`), follows the best by a second one from where it led, which corrects what was left out of
-the linearisation (so that long steps along curved valleys are possible), and lays and measures all
-of them on the finite motion.  A guide may start outside the constraints and break them on the way,
-at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from
-the linear model.
+Each round linearises the distances from the nominal at Chebyshev points, all constraints and ranked
+measures (`subproblem`), solves for the steps of least cost within several trust radii (`step`),
+adds to the best a second step from its end, which corrects errors of the linearisation, and places
+and measures all trial points on their finite motion.  A guide may violate constraints on the way,
+at a rising penalty; a found one meets all of them as measured.
 """
 
 from __future__ import annotations
@@ -25,28 +22,48 @@ from ..problem.problem import Problem
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 
-#: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of
-#: the second step.
-RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
+#: First trust radius, in the units of `Parametrisation`.
+RADIUS = 0.1
+#: Factors of the radius that are tried.
+RADIUS_FACTORS = (0.2, 0.7, 2.5)
+#: Factor of the radius of the second step.
+SECOND = 0.5
 #: After how many rounds charts are chosen anew: guides go little farther than a radius in each.
 CHARTED = 4
 #: By which part of the deviation allowed the second step stays inside it, at most: by what the
 #: first one missed it.
 MISSED = 0.1
-#: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its
-#: merit less by less than that; in haste, one such round after one that made it less by more, where
-#: no constraint is broken.
-SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
-#: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what
-#: it is multiplied by where the violation does not fall to `FALLS` of what it was.  Held at 30, 100
-#: or 300 answers are alike.
-PENALTY, HELD, STEEPEST, STEEPER, FALLS = 10.0, 100.0, 1e4, 4.0, 0.7
+#: Radius below which a guide rests.
+SHORT = 1e-5
+#: Rounds in a row with little gain after which it rests; in haste one after a better one, where no
+#: constraint is violated.
+PATIENCE = 2
+#: Relative gain that is little.
+STALLED = 1e-3
+#: First penalty [1/stroke, 1/radian].
+PENALTY = 10.0
+#: Penalty of feasible guides; with 30, 100 or 300 answers are alike.
+HELD = 100.0
+#: Largest penalty.
+STEEPEST = 1e4
+#: Factor of the penalty where the violation does not fall to `FALLS` of the last one.
+STEEPER = 4.0
+FALLS = 0.7
 
 
 @dataclass(frozen=True)
 class Trials:
-    """n measured trial points: of which guide each comes, by which factor of its radius; what it
-    costs, and breaks."""
+    """n measured trial points; arrays of shape (n,).
+
+    Attributes
+    ----------
+    of : ndarray of int
+        Which guide each comes from.
+    factor : ndarray
+        Of its radius.
+    cost, violation, met : ndarray
+        Its cost and violation; whether all constraints hold.
+    """
 
     candidates: CandidateBatch
     of: Indices
@@ -56,16 +73,14 @@ class Trials:
     met: Mask
 
     def merit(self, penalty: Floats) -> Floats:
-        """Return what they cost with what they break, at the price (n,) of their guides; infinite
-        if unknown."""
+        """Return cost plus penalty times violation; penalties (n,) of guides; NaN is infinite."""
         merit = self.cost + penalty[self.of] * self.violation
         return np.where(np.isnan(merit), np.inf, merit)
 
 
 @dataclass
 class Refinement:
-    """n candidates on their way to where their cost is least, driven by `step`; arrays of shape
-    (n,)."""
+    """n candidates in refinement by `step`; arrays of shape (n,)."""
 
     problem: Problem
     current: CandidateBatch  #: where each is now
@@ -102,7 +117,7 @@ class Refinement:
         moves : Parametrisation, optional
             How they may move; freely if not given.
         nominal : Nominal, optional
-            The path itself, from which distances are then measured: guides are not laid anew, but stay in place.
+            The path itself, from which distances are then measured; guides stay in place.
         penalty : float
             Cost of a broken constraint, per stroke or radian, to begin with.
         hasty : bool
@@ -117,23 +132,33 @@ class Refinement:
             active = np.isfinite(start.deviation) & ~start.curve.cusp
         prices = np.where(met, max(HELD, penalty), penalty)
         return cls(
-            problem, start, moves or PivotCoordinates(), nominal, start, value, broken.total.copy(),
-            broken.total.copy(), np.full(n, RADIUS), prices, np.asarray(active), np.zeros(n, int), hasty,
-        )  # fmt: skip
+            problem,
+            start,
+            moves or PivotCoordinates(),
+            nominal,
+            start,
+            value,
+            broken.total.copy(),
+            broken.total.copy(),
+            np.full(n, RADIUS),
+            prices,
+            np.asarray(active),
+            np.zeros(n, int),
+            hasty,
+        )
 
     def __getitem__(self, index: Array) -> Refinement:
-        """Return the refinement of some of them, going on from where they are."""
+        """Return the refinement of some of them, from their present points."""
         names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
     @property
     def merit(self) -> Floats:
-        """What the best of each costs, or how near it came, which is worse than any that met all
-        constraints."""
+        """Cost of the best feasible point of each; else 1,000 more than its violation."""
         return np.where(np.isfinite(self.best_cost), self.best_cost, 1e3 + self.nearest)
 
     def run(self, rounds: int) -> Refinement:
-        """Take up to so many rounds."""
+        """Run up to a number of rounds."""
         for _ in range(rounds):
             if not self.step():
                 break
@@ -207,9 +232,14 @@ class Refinement:
         return join(one, replace(two, of=of[two.of]))
 
     def _stepped(
-        self, here: CandidateBatch, each: Indices, factor: Floats, radius: Floats, penalty: Floats,
+        self,
+        here: CandidateBatch,
+        each: Indices,
+        factor: Floats,
+        radius: Floats,
+        penalty: Floats,
         share: Floats | float = 1.0,
-    ) -> Trials:  # fmt: skip
+    ) -> Trials:
         """Return the trials of one step of guides within radii.
 
         `each` of those here, using a share of the deviation.

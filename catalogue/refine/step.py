@@ -1,5 +1,4 @@
-"""The step that makes the linearised cost least inside linearised constraints, for many guides at
-once."""
+"""Steps of least linearised cost within linearised constraints, for many guides at once."""
 
 from __future__ import annotations
 
@@ -122,8 +121,11 @@ def _programme(
 
 
 class _Columns:
-    """The columns of a programme: the steps, the largest error, the ranked measures, the slacks of
-    the constraints, of which the first is shared."""
+    """The columns of a programme.
+
+    The steps, the largest error, the ranked measures, the slacks of the constraints, of which the
+    first is shared.
+    """
 
     def __init__(self, problem: Subproblem) -> None:
         self.steps = self.error = int(problem.jacobian.shape[2])
@@ -213,8 +215,10 @@ def _assembled(blocks: Sequence[_Block], width: int) -> tuple[Floats, Floats]:
 def _dual_bound(
     scaling: _Scaling, programme: _Programme, multipliers: Floats, radius: Floats, at_rest: Floats
 ) -> Floats:
-    """Return the bound that multipliers (n, k) prove, shape (n,), those of the radius left out; see
-    `certificate`."""
+    """Return the bounds that multipliers (n, k) prove, (n,), without those of the radius.
+
+    See `certificate`.
+    """
     p = scaling.stretch.shape[1]
     count = multipliers.shape[1] - 2 * p
     proof, rows, right = multipliers[:, :count], programme.rows[:, :count], programme.right[:, :count]

@@ -1,5 +1,4 @@
-"""The linear problem of placed guides: how they may move, and by that the distances from the
-nominal, constraints and ranked measures with derivatives.
+"""The linearised problem of placed guides: distances, constraints, measures, derivatives.
 
 The nominal stays where it is and the linkage moves under it: translations and rotations of the
 whole linkage stand for those of the nominal.  Only the curvature of an arc of any radius is a
@@ -49,8 +48,10 @@ class Parametrisation(Protocol):
     """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
 
     def basis(self, found: CandidateBatch) -> Floats:
-        """Return the derivatives (n, 10, p) of the coordinates of `catalogue.guidance.sensitivity`
-        by the steps."""
+        """Return the derivatives (n, 10, p) of coordinates by the steps.
+
+        The coordinates are those of `catalogue.guidance.sensitivity`.
+        """
 
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         """Return linkages and guided points after steps (n, p).
@@ -101,14 +102,18 @@ def units(linkage: Linkage, point: Complexes) -> Floats:
     return unit
 
 
-#: Intervals between the points at which the distance is linearised; every other one is where
-#: transmission is read.
-NODES, FEWER = 32, 16
+#: Intervals between the points at which the distance is linearised.
+NODES = 32
+#: Intervals between those at which transmission is read.
+FEWER = 16
 #: Flattest arc that is still one if the radius is not given [strokes].
 FLATTEST = 50.0
-#: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the
-#: worse.
-BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
+#: Step of differences by curvatures [1/stroke].
+BEND_STEP = 1e-6
+#: Step of differences by pivots, in their units.
+PIVOT_STEP = 1e-5
+#: Step of differences by measures, towards the worse.
+WORSE = 0.02
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
 
@@ -136,10 +141,9 @@ class Subproblem:
             return {name: Pieces(p.value[index], p.slope[index]) for name, p in every.items()}
 
         marginal, by_error = ({k: part[index] for k, part in d.items()} for d in (self.marginal, self.by_error))
-        return Subproblem(
-            self.error[index], self.jacobian[index], some(self.limits), some(self.measures), marginal,
-            self.allowed[index], by_error, self.relaxed,
-        )  # fmt: skip
+        error, jacobian, allowed = self.error[index], self.jacobian[index], self.allowed[index]
+        rows = some(self.limits), some(self.measures)
+        return Subproblem(error, jacobian, *rows, marginal, allowed, by_error, self.relaxed)
 
 
 def linearise(
@@ -201,7 +205,7 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
 def _distance(
     z: Complexes, bend: Floats, rise: Floats | None = None, half: float = 0.5
 ) -> tuple[Floats, Complexes, Floats]:
-    """Return the signed distances of points (m, n) from the arcs over the chord from 0 to 1.
+    """Return signed distances of points (m, n) from arcs over the chord from 0 to 1.
 
     With them unit vectors along the arcs there, and the derivatives by the curvature.  Arcs near a
     half circle, or beyond, have a `rise` (n,) and `half` a chord of their own.
@@ -319,11 +323,10 @@ def differences(
 def _of_scatter(
     problem: Problem, found: CandidateBatch, guides: CouplerCurve | CircuitCurve
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
-    """Return the constraint and the measures that know the scatter of the pivots.
+    """Return the constraint and the measures that depend on the scatter of the pivots.
 
-    They are less the allowance in parts of its bound and of the deviation asked, and in parts of
-    this the deviation expected at the play asked.  With them comes what they rise by per unit of the
-    largest error.
+    They are minus the allowance, over its bound and over the tolerance, and the expected deviation
+    over the tolerance; with them their slopes by the largest error.
     """
     limits: dict[str, Pieces] = {}
     measures: dict[str, Pieces] = {}
@@ -363,7 +366,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the rise of the cost per unit of each ranked quantity that becomes worse, (n,) each."""
+    """Return the rise of the cost per unit by which each ranked quantity worsens, (n,) each."""
     base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
         worse = values[name] + (-WORSE if name in RISING else WORSE)
@@ -379,8 +382,10 @@ def wider(pieces: Pieces) -> Pieces:
 
 
 def _radius(bend: Floats, count: int) -> Pieces:
-    """Return the constraints on the curvature of an arc of any radius, its last coordinate: neither
-    flat nor full."""
+    """Return the bounds on the curvature, the last coordinate, of an arc of any radius.
+
+    The arc is neither flat nor a full circle.
+    """
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
     flattest, fullest = np.maximum(bend, -1 / FLATTEST), np.minimum(bend, -FULLEST)

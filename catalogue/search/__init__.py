@@ -1,8 +1,7 @@
-"""Search: from a problem to candidates that meet it; stored guides and guides made to measure are
-starts.
+"""Search: from a problem to feasible candidates; starts are stored or synthesised guides.
 
-`retrieve` reads stored starts; `euler_savary`, `rotating_crank` and `exact_guides` make others,
-from `draws`; `starts.Starts` gathers them, `search.Search` drives their refinement in phases, and
-`report` tells of it.  Import from the modules; they import `refine`, `candidates`, `problem`,
-`store` and what lies below.
+`retrieve` reads stored starts; `euler_savary`, `rotating_crank`, `turning_cranks` and
+`exact_guides` synthesise others, with `draws`; `starts.Starts` gathers and counts them,
+`search.Search` refines them in phases. Import from the modules; they import `refine`, `candidates`,
+`problem`, `store` and what lies below.
 """

@@ -1,5 +1,4 @@
-"""What starts made to measure have in common: which families suit, where fixed pivots and
-curvatures are drawn, and which of them are worth to be measured."""
+"""What synthesised starts share: suitable families, draws of fixed pivots and curvatures."""
 
 from __future__ import annotations
 
@@ -13,13 +12,20 @@ from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.problem import Problem
 from ..problem.region import Region
 
-#: Longest and shortest link or arm of a start, in strokes.
-LONGEST, SHORTEST = 12.0, 0.06
-#: About which radius arcs of any radius are drawn, log-normally, and the least [strokes].
-RADIUS, BENT, SHARPEST = 1.0, 0.7, 0.55
-#: Where fixed pivots are drawn if nothing is said: log-normally about this distance from mid-stroke
-#: [strokes].
-DISTANCE, SPREAD = 1.0, 0.6
+#: Longest link or arm of a start [strokes].
+LONGEST = 12.0
+#: Shortest link or arm of a start [strokes].
+SHORTEST = 0.06
+#: Median of the radii of arcs of any radius, which are drawn log-normally [strokes].
+RADIUS = 1.0
+#: Standard deviation of their logarithms.
+BENT = 0.7
+#: Least of them [strokes].
+SHARPEST = 0.55
+#: Median distance of fixed pivots from mid-stroke, drawn log-normally without a region [strokes].
+DISTANCE = 1.0
+#: Standard deviation of its logarithm.
+SPREAD = 0.6
 
 
 def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
@@ -32,8 +38,7 @@ def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
 
 
 def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Floats:
-    """Return the curvatures of the paths that starts are made for [1/stroke]: of an arc of any
-    radius they differ."""
+    """Draw the curvatures of the paths of starts [1/stroke]; they vary for arcs of any radius."""
     if problem.curvature is not None:
         return np.full(count, float(problem.curvature))
     return np.asarray(-1 / np.clip(np.exp(random.normal(np.log(RADIUS), BENT, count)), SHARPEST, LONGEST))
@@ -45,8 +50,7 @@ def summit(curvature: Floats) -> Complexes:
 
 
 def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
-    """Return places for a fixed pivot of each: in the region where it must stand, else about the
-    path, (n,)."""
+    """Draw a fixed pivot for each, in its region or else around the path, (n,)."""
     wanted, count = problem.constraints, len(point)
     region = region_of(problem)
     most = wanted.max_size or LONGEST
@@ -59,8 +63,7 @@ def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator
 
 
 def likeliest(linkage: Linkage, point: Complexes, curvature: Floats, count: int) -> Indices:
-    """Return which of n linkages keep nearest to their nominals over the stroke, `count` at
-    most."""
+    """Select the linkages with least errors over the stroke, `count` at most."""
     with np.errstate(all="ignore"):
         there = Stationed.followed(linkage, point, curvature)
         away = np.where(there.reached, there.deviation, np.inf)

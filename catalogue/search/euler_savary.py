@@ -1,5 +1,4 @@
-"""Starts made to measure: linkages whose guided point touches the path asked to second order,
-pivots where they may be.
+"""Synthesised starts with second-order contact with the path, pivots in their regions.
 
 In mid-stroke the guided point P is on the path, with the tangent along +x and curvature k.  Its
 pole Q lies on the normal; with Q, both fixed pivots and the place of one moving pivot chosen at
@@ -32,13 +31,12 @@ PINNED = {"four-bar": True, "slider-crank": False}
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return starts of a family, measured; those that do not reach over the stroke have deviation
-    NaN.
+    """Synthesise and measure starts of a family; NaN deviations of paths shorter than the stroke.
 
     Parameters
     ----------
     count : int
-        How many are drawn; linkages that cannot be, or have links out of all proportion, are left out.
+        How many are drawn; linkages that cannot close, or are out of proportion, are left out.
     """
     bend = curvatures(problem, count, random)
     linkage, good = Linkage.valid(drawn(problem, family, bend, random))
@@ -51,8 +49,10 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
 
 
 def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:
-    """Return pivots (n, 2, 2, 3) in second-order contact with paths of curvatures (n,); NaN where
-    they cannot be, or have links out of all proportion."""
+    """Draw pivots (n, 2, 2, 3) in second-order contact with paths of curvatures (n,).
+
+    NaN where there are none, or where links are out of proportion.
+    """
     count = len(curvature)
     point = summit(curvature)
     second = PINNED[family]

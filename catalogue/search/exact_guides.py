@@ -19,8 +19,7 @@ PART = 0.95
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return exact guides of the families asked for, measured, of `count` that are drawn; None if
-    there are none."""
+    """Draw `count` exact guides of the requested families, and measure them; None without any."""
     if problem.curvature == 0:
         kinds = allowed(problem, {"elliptic-trammel": False, "slider-crank": False})
         return cardan(problem, kinds, count, random) if kinds else None
@@ -28,9 +27,10 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
 
 
 def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return parallelograms whose cranks are as long as the radius, measured; None if they would
-    come too near to a dead point.  Every point of the coupler runs along such an arc exactly:
-    trivial, but compact and sound."""
+    """Draw parallelograms with cranks as long as the radius; None too near a dead point.
+
+    All points of the coupler run along such an arc exactly.
+    """
     bend = curvatures(problem, count, random)
     free = np.maximum(0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD, 0.0)
     tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
@@ -63,7 +63,8 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     kinds : list of str
         Families to make: ``elliptic-trammel``, ``slider-crank``, or both.
     count : int
-        How many are drawn; those out of all proportion, or which do not reach over the stroke, are left out.
+        How many are drawn; those out of proportion, or with paths shorter than the stroke, are
+        left out.
 
     Source: Allievi 1895, series II.ooo and II.xoy; the draws are ours.
     """

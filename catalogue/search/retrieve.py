@@ -1,5 +1,4 @@
-"""Stored guides as starts: read as columns, ranked by what they would cost and break, shortlisted
-with variety."""
+"""Stored guides as starts: ranked by estimated cost and violation, a varied shortlist."""
 
 from __future__ import annotations
 
@@ -31,17 +30,26 @@ from ..store import JOINED, PIVOT_NAMES, Database
 COVER = 2000
 #: How much a length or angle of a stored reach that breaks a constraint counts beside the cost.
 BREAKS = 3.0
-#: Largest and least factor by which a stored stroke is stretched to use the tolerance; of arcs cut
-#: to a given sweep.
-STRETCH, CUT = (0.5, 2.0), (0.02, 1.5)
-#: With which power of the stroke the deviation grows, typically, and the stroke with the tolerance.
-GROWTH, GAIN = 4.5, 0.22
-#: What counts as broken: an e-fold of deviation too much; a tolerance that a straight line is off a
-#: flat arc; that no crank turns fully; that an angle is not known [radians].
-DEVIATES, UNBENT, TURNS_NOT, UNKNOWN = 0.1, 0.02, 0.3, 0.5
-#: How often the window of a return guide is corrected, and which part of the tolerance it is to
-#: use.
-CORRECTIONS, USED = 4, 0.995
+#: Least and largest factor by which a stored stroke is stretched to use the tolerance.
+STRETCH = (0.5, 2.0)
+#: The same of arcs cut to a given sweep.
+CUT = (0.02, 1.5)
+#: Typical power of the stroke with which the deviation grows.
+GROWTH = 4.5
+#: Typical power of the tolerance with which the stroke grows.
+GAIN = 0.22
+#: Violation of an e-fold of deviation too much [radians].
+DEVIATES = 0.1
+#: Violation of a tolerance by which a straight line is off a flat arc [radians].
+UNBENT = 0.02
+#: Violation where no crank turns fully [radians].
+TURNS_NOT = 0.3
+#: Violation where an angle is not known [radians].
+UNKNOWN = 0.5
+#: Corrections of the window of a return guide.
+CORRECTIONS = 4
+#: Part of the tolerance that it is to use.
+USED = 0.995
 #: Starts of one series that differ by less than this in size [strokes] and transmission angle
 #: [right angles] are one.
 CELL = (0.15, 0.12)
@@ -58,8 +66,7 @@ WHOLE = 100_000_000
 
 @dataclass(frozen=True)
 class Reaches:
-    """Stored reaches, arrays of shape (n,), in strokes and degrees; boxes (n, 4) as in
-    `Measures`."""
+    """Stored reaches; arrays of shape (n,), boxes (n, 4) as in `Measures` [stroke, deg]."""
 
     guide: Array
     level: Array
@@ -96,13 +103,14 @@ class Reaches:
 
 
 class ChangedError(DatabaseError):
-    """Guides of which one read told are gone at the next: a build replaces them, or the file is
-    damaged."""
+    """Guides found by one read are missing at the next: replaced by a build, or damaged."""
 
 
 def stored_reaches(problem: Problem, database: Database, effort: int = 1) -> Reaches:
-    """Return the stored reaches that may serve a problem, more of them at more effort; kept in
-    memory until the file changes."""
+    """Return the stored reaches that may suit a problem, more of them with more effort.
+
+    Kept in memory until the file changes.
+    """
     what = (tuple(kinds(problem)), levels(problem), COVER * effort)
     size, *_ = stamp = database.stamp()
     kept = _KEPT.setdefault(database, {})
@@ -127,8 +135,8 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
     Of each member the first `cover` guides, in the order in which they cover it.
     """
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
-    lengths = ("sweep", "deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "min_transmission",
-               "drive_angle", "rotation", *boxes)  # fmt: skip
+    sizes = ("size", "max_link", "min_link", "max_ground", "max_arm")
+    lengths = ("sweep", "deviation", *sizes, "min_transmission", "drive_angle", "rotation", *boxes)
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level", "guide.contact_order", "reach.rotates"), int),
         **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration"), str),
@@ -147,8 +155,7 @@ def _marks(values: Sequence[Any]) -> str:
 
 
 def kinds(problem: Problem) -> list[str]:
-    """Return the kinds of stored guides that may serve a problem: of a flat arc straight lines
-    too."""
+    """Return the kinds of stored guides that may suit a problem, for flat arcs lines too."""
     wanted = problem.constraints
     names = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
     flat = problem.fixed_curvature is not None and abs(problem.fixed_curvature) / 8 < FLAT
@@ -156,8 +163,11 @@ def kinds(problem: Problem) -> list[str]:
 
 
 def levels(problem: Problem) -> tuple[int, int]:
-    """Return between which levels of deviation reaches are read: what is asked and one looser; all
-    that are tighter too if the deviation is ranked or the radius given."""
+    """Return the range of levels of deviation to read.
+
+    The requested and the next looser one; all tighter ones too if the deviation is ranked or the
+    radius given.
+    """
     top = int(np.clip(np.floor(np.log10(problem.deviation) + 1e-9), min(LEVELS), max(LEVELS)))
     tightest = min(LEVELS) if "deviation" in problem.ranking.weights or problem.fixed_curvature is not None else top
     return max(tightest, min(LEVELS)), min(top + 1, max(LEVELS))
@@ -189,7 +199,7 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Return the factors that stretch strokes, and the sweep that arcs then miss, (n,) each."""
+    """Return factors that stretch strokes, and the remaining errors of sweeps, (n,) each."""
     stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** GAIN, *STRETCH)
     if problem.ranking.only == "deviation":
         stretch = np.ones_like(stretch)
@@ -294,8 +304,7 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
 def candidates_of(
     problem: Problem, database: Database, reaches: Reaches, chosen: Indices, stretch: Floats
 ) -> CandidateBatch:
-    """Return chosen reaches as candidates: laid along the path in the way in which their pivots
-    stand best."""
+    """Place chosen reaches along the path, in the best orientation for their pivots."""
     guides, half, centre, origin = _read_guides(problem, database, reaches, chosen)
     low, high = guides.extent
     most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
@@ -315,8 +324,10 @@ def candidates_of(
 def _within(
     problem: Problem, guides: CouplerCurve, traced: Traced, half: Floats, most: Floats, centre: Floats
 ) -> Traced:
-    """Return guides over windows that use the tolerance, by the secant method on logarithms; where
-    the deviation is ranked only those that were too long are cut."""
+    """Fit the windows of guides to the tolerance, by the secant method on logarithms.
+
+    Where the deviation is ranked, only those that exceed it are cut.
+    """
     power, half = np.full(len(half), GROWTH), np.minimum(half, most)
     for _ in range(CORRECTIONS):
         before, relative = half, traced.relative.astype(float)

@@ -1,7 +1,6 @@
-"""Starts made to measure whose crank turns fully, each with the point of its coupler that runs
-straightest meanwhile.
+"""Synthesised starts with a crank that turns fully and their straightest coupler points.
 
-Four-bars are drawn whose crank turns fully; it turns as far as is asked.  In the pose a coupler
+Four-bars are drawn whose crank turns fully; it turns as far as requested.  In the pose a coupler
 point z is at F + E z; with the unit vector u across the path the distance from a line, Re(conj(u)
 (F + E z)) up to a constant, is linear in the four numbers conj(u) and conj(u) z, and so is the way
 along it: the scatter across over that along is a quotient of two quadratic forms, the point its
@@ -88,7 +87,7 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
 
 
 def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
-    """Return the straightest-running points z of n planes, moved by m poses z -> shift + turn z.
+    """Return the points z of n planes with straightest paths shift + turn z.
 
     Parameters
     ----------

@@ -154,7 +154,7 @@ class Search:
             return None
         return self.found[np.flatnonzero(np.isfinite(self.cost))]
 
-    # -- phases ---------------------------------------------------------------------------------
+    # -- phases ----------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
         """Take the phases one by one; yield why the search ends after each, or nothing."""
         if (known := self._meeting(self.starts.given)) is not None:
@@ -311,7 +311,7 @@ class Search:
         met = np.flatnonzero(feasibility(self.problem, found).all)
         return found[met] if len(met) else None
 
-    # -- what was found -----------------------------------------------------------------------------
+    # -- what was found --------------------------------------------------------------------
     def _put_aside(self, refinement: Refinement) -> None:
         """Add the best points of a refinement to what was found."""
         self._add(refinement.best, refinement.best_cost)
@@ -334,8 +334,10 @@ class Search:
 
     @property
     def _followed(self) -> int:
-        """How many trials of each candidate are followed in the first rounds: deviations fall by
-        orders of magnitude there, else one tells the best from the rest."""
+        """Number of trials of each candidate that are continued in the first rounds.
+
+        More for ranked deviations, which fall by orders of magnitude there.
+        """
         return len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
 
     @property

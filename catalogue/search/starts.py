@@ -1,6 +1,8 @@
-"""The starts of a phase: stored guides with the least estimated cost and violation, linkages made
-to measure, and perturbed copies of the best that was found; of each kind the most promising that
-are unlike each other."""
+"""Starts of a phase: stored guides, synthesised ones, and perturbed copies of the best.
+
+Of each kind the most promising that are unlike each other; stored guides by estimated cost and
+violation.
+"""
 
 from __future__ import annotations
 
@@ -36,9 +38,12 @@ LIKELY_OF = 90
 CIRCLING = 8
 #: How often stored guides are read at most while builds replace them.
 READS = 5
-#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the
-#: stroke.
-BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
+#: Points that are perturbed, the best ones.
+BEST = 8
+#: Perturbed copies of each.
+COPIES = 12
+#: Least and largest perturbation, as powers of ten [strokes].
+BY = (-2.0, -0.5)
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
 #: Constraints that choose among sorts of guides.
@@ -162,8 +167,10 @@ class Starts:
 
     @property
     def _exact(self) -> bool:
-        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, for the
-        least deviation, or of bodies that hardly turn."""
+        """Whether exact guides are wanted, even trivial ones.
+
+        For arcs of a given radius, for the least deviation, or for bodies that hardly turn.
+        """
         problem = self.problem
         steady = problem.constraints.max_rotation is not None
         return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
@@ -189,8 +196,7 @@ class Starts:
 
     @cached_property
     def _ranked(self) -> tuple[retrieve.Reaches, Floats, Floats]:
-        """Stored reaches with their merits, infinite of those that are not eligible, and stretches,
-        each (n,)."""
+        """Stored reaches, their merits, infinite if not eligible, and stretches, (n,) each."""
         reaches = retrieve.stored_reaches(self.problem, self.database, self.effort)
         merit, stretch = retrieve.estimate(self.problem, reaches)
         merit = np.where(retrieve.eligible(self.problem, reaches), merit, np.inf)
@@ -198,8 +204,10 @@ class Starts:
         return reaches, merit, stretch
 
     def _copies(self, found: CandidateBatch | None) -> CandidateBatch | None:
-        """Return copies of the best points found, moved at random; None of points that return,
-        which they then do no more, and where guides are given as they are stored."""
+        """Return randomly perturbed copies of the best points found.
+
+        None for returning points, which perturbed no longer return, and without refinement.
+        """
         if found is None or not self.refines or self.problem.constraints.returns:
             return None
         merit = self._merits(found)

@@ -1,5 +1,6 @@
-"""Starts for arcs near a half circle and beyond: coupler points that keep their distance from a
-place while a crank turns.
+"""Starts for arcs near a half circle and beyond: coupler points at nearly constant distance.
+
+They keep their distance from a place while a crank turns.
 
 The point is the moving pivot of the crank, moved in its coupler: its place there and the centre of
 its arc are four coordinates, and the distance from the centre less the radius is least in the mean
@@ -83,7 +84,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
 
 
 def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -> tuple[Floats, Complexes, Complexes]:
-    """Fit circles to paths of points z of n planes, moved by m poses z -> shift + turn z.
+    """Fit circles to the paths z -> shift + turn z of points of n planes.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def ray_pair(kappa: Array, s: Array, t: Array) -> Array:
 
 
 def tangent_circle_pair(s: Array, t: Array) -> Array:
-    """Return the pair of the cubics with kappa = 0 at the tangent t, A on r = cos/s: eq. (44)."""
+    """Return the pair of cubics of kappa = 0 at the tangent t, A on r = cos/s (44)."""
     w, far = s * t, 1 + t * t
     return pair(point(1, t, s * far), point(t, t * t, (w + 1) * far))
 
