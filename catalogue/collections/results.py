@@ -22,7 +22,7 @@ class CollectionCandidate:
     Attributes
     ----------
     id : int
-        Of the stored specimen.
+        Of the stored specimen; 0 of one made for the request.
     family, series, configuration : str
     special : tuple of str
         Well-known cases that it is one of.
