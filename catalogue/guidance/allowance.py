@@ -160,7 +160,7 @@ def _carrying(intervals: int) -> Floats:
 
 
 def scattered(linkage: Linkage) -> Mask:
-    """Mark the coordinates that scatter, those of finite pivots and guided points, shape (n, 10)."""
+    """Mark the coordinates that scatter, of finite pivots and guided points, (n, 10)."""
     finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(linkage), 1), bool)], axis=1)
     return np.repeat(finite, 2, axis=1)
 

@@ -1,4 +1,4 @@
-"""Guides on their circuits along a path: the coupler curves of measures without a chart of `motion`."""
+"""Coupler curves along whole circuits, without a chart of `motion`."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ STEPS = 16
 class CircuitMotion(Columns):
     """Motion of k linkages along their circuits, transformed by z -> scale z + shift.
 
-    It replaces a `catalogue.kinematics.motion.Motion`; its parameter is the phase relative to mid-stroke,
-    `middle`.  Arrays of shape (k,).
+    It replaces a `catalogue.kinematics.motion.Motion`; its parameter is the phase relative to mid-
+    stroke, `middle`.  Arrays of shape (k,).
     """
 
     circuits: Any

@@ -90,12 +90,12 @@ class CouplerCurve(Columns):
 
     @cached_property
     def turn(self) -> Path:
-        """Re x and Im x of the pose, x = exp(i theta) - 1: what a shift of the guided point is multiplied by."""
+        """Re x and Im x of the pose, x = exp(i theta) - 1: factors of a shift of the point."""
         return self.motion.turn()
 
     @property
     def extent(self) -> Array:
-        """Farthest u below (as a positive number) and above the reference position, shape (2, n)."""
+        """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
         u = np.where(np.isfinite(self.u), self.u, 0)
         return np.stack([-u.min(0), u.max(0)])
 

@@ -116,7 +116,7 @@ def _of_radius(
 def _narrowest(
     x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array, deviation: Array
 ) -> tuple[Array, Array]:
-    """Find the curvature of the narrowest annulus by golden section about one whose deviation is known.
+    """Find the curvature of the narrowest annulus by golden section about a known one.
 
     The half width is a convex function of the curvature, as far as the circle moves by a few
     deviations.
@@ -142,7 +142,7 @@ def _narrowest(
 
 
 def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array]:
-    """Fit circles by least squares (Gauss-Newton): a point, its direction and the curvature, (n,) each."""
+    """Fit circles by least squares: a point, its direction and the curvature, (n,) each."""
     half = np.argmin(np.abs(x - 0.5 * stroke), axis=0)[None]
     at_x, at_y = (np.take_along_axis(a, half, 0)[0] for a in (x, y))
     curvature = -2 * at_y / (at_y**2 + at_x * (stroke - at_x))

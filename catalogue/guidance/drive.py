@@ -194,7 +194,7 @@ class SampledPoses:
 
     @cached_property
     def missed(self) -> Floats:
-        """Relative error of the crank speeds by the last two Chebyshev coefficients, shape (n, 2)."""
+        """Relative error of crank speeds by the last two Chebyshev coefficients, (n, 2)."""
         with np.errstate(all="ignore"):
             last = np.abs(times(self._grid.coefficients[-2:], self._crank)).sum(0)
             return np.asarray((len(self.path) - 1) ** 2 * last / np.abs(self._turning).max(0))

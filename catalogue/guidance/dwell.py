@@ -135,7 +135,7 @@ def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin
 
 
 def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tuple[Array, ...], Floats]:
-    """Compute minimum transmission angles (n, m), indices of rockers that reach, and their angles (f, k)."""
+    """Compute minimum transmission angles (n, m), rockers that reach, their angles (f, k)."""
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])
     rod, rocker = np.abs(start - centre)[:, None], np.abs(centre[:, None] - pivot)

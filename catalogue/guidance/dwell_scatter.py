@@ -58,7 +58,9 @@ class Standing:
     high: float
 
     def allowance(self, band: float) -> float:
-        """Return the standard deviation of all coordinates at which the rocker keeps a band with `PROBABILITY`.
+        """Return the standard deviation of all coordinates at which the rocker keeps a band.
+
+        It does with `PROBABILITY`.
 
         Parameters
         ----------

@@ -308,7 +308,7 @@ def _at(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array
 
 
 def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -> tuple[Array, Array]:
-    """Solve for the polynomial (over `by`) with alternating errors at the reference, and the error."""
+    """Solve for the polynomial (over `by`) with alternating errors at the reference."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
     far = xs[-1] - xs[0]  # as unit, so that no cube of it leaves the range of numbers
@@ -379,5 +379,5 @@ def raised(values: Array) -> Array:
 
 
 def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Mask:
-    """Return where the interpolant misses less than `tolerance` of the deviation, or than rounding, shape (n,)."""
+    """Return where the interpolant errs by less than `tolerance`, or than rounding, (n,)."""
     return np.asarray(found.unresolved <= tolerance * found.deviation + floor * found.stroke)

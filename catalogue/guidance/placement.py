@@ -60,7 +60,8 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
 def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Traced]:
     """Move linkages and guided points along their motion to mid-stroke, a cusp or a change point.
 
-    Returns them in place, and their traces with parameters relative to this position, in their charts.
+    Returns them in place, and their traces with parameters relative to this position, in their
+    charts.
     """
     there = _there(traced)
     moving, linkage = guides.motion, guides.linkage

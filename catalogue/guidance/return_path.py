@@ -60,7 +60,7 @@ def lift(
 
 
 def distance(z: Complexes, nominal: Fit) -> Floats:
-    """Compute signed distances of points (m, n) from lines and circles (n,), positive to the left."""
+    """Compute signed distances of points (m, n) from lines and circles (n,), left positive."""
     w = (z - nominal.start) * nominal.along.conj() - 0.5 * nominal.stroke
     with np.errstate(all="ignore"):  # a place opposite the top of the arc, from which it is seen, is nowhere along it
         return polar(w.real, w.imag - nominal.rise, nominal.curvature)[0]

@@ -35,7 +35,7 @@ ACROSS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
 
 class Area(Protocol):
-    """A polygon: its corners (k, 2), whether it is convex, and how far points lie outside, negative inside."""
+    """A polygon: corners (k, 2), convexity, distances of points out of it."""
 
     @property
     def corners(self) -> Floats: ...
@@ -107,7 +107,7 @@ def protrusion(area: Area, swept: Complexes) -> Floats:
 
 
 def intrusion(area: Area, swept: Complexes) -> Floats:
-    """Compute the intrusion of segments (f, n, k, 2) into a region, negative outside, shape (n,)."""
+    """Compute the intrusion of segments (f, n, k, 2) into a region, negative outside, (n,)."""
     return _farthest(area, swept, -1)
 
 

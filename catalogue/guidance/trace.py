@@ -125,7 +125,7 @@ def trace(
 
 
 def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
-    """Measure guides, points unchanged, over their windows on another grid, with interpolated extremes."""
+    """Measure guides over their windows on another grid, with interpolated extremes."""
     low, high = traced.low.astype(float), traced.high.astype(float)
     return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held, between=True)
 
@@ -248,7 +248,7 @@ def _step(
 
 
 def _bend(u: Array, v: Array) -> Array:
-    """Compute the curvature of circles through ends and middle of paths, positive to the left, (n,)."""
+    """Compute the curvature of circles through ends and middles of paths, left positive, (n,)."""
     chord = u[-1] - u[0] + 1j * (v[-1] - v[0])
     middle = len(u) // 2
     with np.errstate(all="ignore"):

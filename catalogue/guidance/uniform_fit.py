@@ -1,4 +1,4 @@
-"""Best uniform fits of two terms, whatever the order of the points: Stiefel's exchange of single points.
+"""Best uniform fits of two terms by Stiefel's exchange of single points, in any order.
 
 `minimum_zone.exchange` alternates along a path, which holds as long as the terms are a Haar system
 there: a sine and a cosine are none beyond half a turn, and a path that returns over itself has no
@@ -107,7 +107,10 @@ def _through(terms: Floats, values: Floats, without: Indices) -> Floats:
 
 
 def _leaving(terms: Floats, weights: Floats, entering: Floats) -> Indices:
-    """Return which of three signed terms (2, 3, k) leaves for another, (2, k): that whose weight is used up first."""
+    """Return which of three signed terms (2, 3, k) leaves for another, (2, k).
+
+    The one whose weight falls to 0 first.
+    """
     whole, moved = _cross(terms[:, NEXT], terms[:, LAST]), terms - entering[:, None]
     # shares of the three terms in the entering one, 1 together: areas of triangles
     parts = _cross(moved[:, NEXT], moved[:, LAST])

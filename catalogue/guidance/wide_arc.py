@@ -233,7 +233,7 @@ def _measured(
 
 
 def along_circuits(linkage: Linkage, point: Complexes) -> CircuitCurve:
-    """Return guides (n,), in mid-stroke where they stand, ready to be traced along their circuits."""
+    """Return coupler curves (n,) along circuits, of guides in mid-stroke."""
     every = circuits(linkage)
     here = every[np.flatnonzero(np.diff(every.of, prepend=-1) != 0)]  # that of the given position comes first
     n = len(linkage)
@@ -241,7 +241,7 @@ def along_circuits(linkage: Linkage, point: Complexes) -> CircuitCurve:
 
 
 def on_wide_arcs(some: Circuits, point: Complexes, found: WideArcs) -> tuple[CircuitCurve, Traced]:
-    """Carry coupler points of circuits, as given with the linkages, to the middles of their arcs."""
+    """Move coupler points of circuits, as given with the linkages, to mid-arc."""
     n = len(found.middle)
     moving = CircuitMotion(some, found.middle, np.ones(n, complex), np.zeros(n, complex))
     guided = some.pose(found.middle[None]).point(point)[0]

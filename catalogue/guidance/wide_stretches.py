@@ -98,8 +98,8 @@ def _begun(
 ) -> tuple[Indices, Floats, Floats, Complexes]:
     """Select the most promising windows, at most `count` per circuit.
 
-    Returns their circuits, the phases of their middles, the permitted moves of these [rad], and estimates
-    of the arcs' centres.
+    Returns their circuits, the phases of their middles, the permitted moves of these [rad], and
+    estimates of the arcs' centres.
     """
     curves = Curves.of(circuits, point, np.arange(len(circuits)))
     length = radius * np.radians(angle)

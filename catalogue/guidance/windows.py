@@ -121,7 +121,7 @@ class Search:
     quick: bool
 
     def cells(self, stroke: Floats, which: Indices | None = None) -> Cells:
-        """Return the cells of curves for windows of strokes, one for each: of all, or of those numbers."""
+        """Return the cells of curves, of all or of those numbers, for one stroke each."""
         which = np.arange(len(self.curves)) if which is None else which
         return cells_of(self.curves, stroke, which, self.circle, self.radius)
 
@@ -150,7 +150,7 @@ class Search:
         return self.begun(cells[np.sort(order[rank < count])])
 
     def contenders(self, cells: Cells, bound: Floats) -> tuple[Stretches, Floats]:
-        """Select windows that may reach deviations below bounds (k,), with distances to the next ones [rad].
+        """Select windows that may fall below bounds (k,), with distances to the next ones [rad].
 
         Every cell that its bound does not exclude is measured in its middle; those that are
         straighter than their neighbours, and not too far above the bound, are returned.
@@ -204,7 +204,7 @@ class Search:
             return replace(found, deviation=np.where(close, found.deviation, np.nan))
 
     def between(self, at: Stretches, nodes: int = NODES) -> Stretches:
-        """Return windows between their ends, whatever their strokes, which are those along the best line."""
+        """Measure windows between their ends; strokes are those along the best line."""
         return self._between(at, nodes, self._path(at))
 
     def _between(self, at: Stretches, nodes: int, path: Path) -> Stretches:
@@ -241,7 +241,7 @@ class Search:
         return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
-        """Select the locally straightest of windows and others about them, with their spacing [rad]."""
+        """Select locally straightest windows and others about them, with their spacing [rad]."""
         if not len(at.low):
             return at, np.zeros(0)
         count, kept = ABOUT[self.quick]
@@ -294,7 +294,7 @@ class Search:
 
     @property
     def owner(self) -> Indices:
-        """For each curve the number of what its windows compete for: the linkage, or in a thorough search itself."""
+        """For each curve what its windows compete for: the linkage, in a thorough search itself."""
         if not self.quick:
             return np.arange(len(self.curves))
         return np.asarray(np.unique(self.curves.circuits.of, return_inverse=True)[1])
@@ -353,8 +353,8 @@ class Search:
     def longer(self, allowed: Floats, count: int) -> Stretches:
         """Return windows about as long as the deviations (k,) permit.
 
-        Of each circuit: the longest estimated feasible one, one shorter and `count` - 1 longer ones, at
-        least one.
+        Of each circuit: the longest estimated feasible one, one shorter and `count` - 1 longer
+        ones, at least one.
         """
         across = self.curves.across
         if self.radius is not None:
