@@ -34,8 +34,9 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
 
     Six are on the curve, four on an axis.
 
-    Homogeneous; NaN for those that do not exist, and for linkages without a finite pole.  Such a point has four
-    positions in common with its circle (order 3), one more where it is a principal one.
+    Homogeneous; NaN for those that do not exist, and for linkages without a finite pole.  Such a
+    point has four positions in common with its circle (order 3), one more where it is a principal
+    one.
 
     Raises
     ------

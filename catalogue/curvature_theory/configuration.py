@@ -18,9 +18,10 @@ LETTERS = "DVTCPXN"
 def configuration(linkage: Linkage, instant: Curvature) -> Array:
     """Return the configuration of each linkage, shape (n,), as the letters of its two dyads.
 
-    P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the other side;
-    D (V): moving (fixed) pivot at the pole; T: slider; C: slide.  Parallel cranks: ``equal`` or ``opposite`` sense,
-    ``single`` for one crank.  Dead points, unless the instant is that of one branch: ``dead-point``.
+    P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the
+    other side; D (V): moving (fixed) pivot at the pole; T: slider; C: slide.  Parallel cranks:
+    ``equal`` or ``opposite`` sense, ``single`` for one crank.  Dead points, unless the instant is
+    that of one branch: ``dead-point``.
 
     Source: Allievi 1895, sec. 12 and Table of configurations, by the signs of 1/r and 1/r*.
     """

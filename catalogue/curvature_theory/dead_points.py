@@ -1,11 +1,13 @@
 """Dead points: both rays on one line d, where two smooth branches of the motion cross.
 
-Along d each dyad has a polynomial, crank (z - a)(z - a*)/(a - a*), slider -(z - a*), slide z - a; the poles of the
-branches are the roots of their difference, and the value there is rho0 with its sign along d.  The line is the pole
-normal of both branches, and each branch is symmetric about it (s = 0).
+Along d each dyad has a polynomial, crank (z - a)(z - a*)/(a - a*), slider -(z - a*), slide z - a;
+the poles of the branches are the roots of their difference, and the value there is rho0 with its
+sign along d.  The line is the pole normal of both branches, and each branch is symmetric about it
+(s = 0).
 
-Source: Allievi 1895, sec. 4 and eqs. (18), (19), (32).  His statement that the poles are always real is wrong: a chain
-stretched to its full length (one link equal to the sum of the other three) is immobile; NaN is returned for it.
+Source: Allievi 1895, sec. 4 and eqs. (18), (19), (32).  His statement that the poles are always
+real is wrong: a chain stretched to its full length (one link equal to the sum of the other three)
+is immobile; NaN is returned for it.
 """
 
 from __future__ import annotations
@@ -47,13 +49,14 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
     linkage : Linkage of n
         Linkages with all pivots on one line and the rays along it.
     beside : bool
-        Move the pivots of the others to their common line first: then it is the dead point next to a linkage.
+        Move the pivots of the others to their common line first: then it is the dead point next to
+        a linkage.
 
     Returns
     -------
     Curvature of 2 n
-        Branches 0 and 1 of linkage i at 2 i and 2 i + 1; NaN where a linkage is not at a dead point, is immobile, or
-        has that pole at infinity (cranks of equal signed length).
+        Branches 0 and 1 of linkage i at 2 i and 2 i + 1; NaN where a linkage is not at a dead
+        point, is immobile, or has that pole at infinity (cranks of equal signed length).
     """
     there = curvature(linkage).state == DEAD_POINT
     if beside and not there.all():
@@ -147,7 +150,8 @@ def _on_line(linkage: Linkage) -> Array:
 def off_line(linkage: Linkage) -> Floats:
     """Return how far linkages are from a dead point, shape (n,).
 
-    The largest distance of a pivot from the ray of dyad 1, over the size, or the sine of the angle of the rays.
+    The largest distance of a pivot from the ray of dyad 1, over the size, or the sine of the angle
+    of the rays.
     """
     z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
     first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])

@@ -1,10 +1,11 @@
 """Test whether coupler points stay on their nominal over the finite motion.
 
-The series of a path has the scale on which its terms are alike.  Where the pole is far, at 1e8 times the linkage say, a
-point near it runs about as fast to and fro as along its path, and on that scale no term of its error is above rounding,
-though it leaves the nominal by as much as it moves as soon as the linkage turns visibly.  So no point is said to be
-exact unless the finite motion keeps it on its nominal, as far as the charts reach that carry it farthest; and the terms
-of one that is not are weighed where the linkage has turned visibly.
+The series of a path has the scale on which its terms are alike.  Where the pole is far, at 1e8
+times the linkage say, a point near it runs about as fast to and fro as along its path, and on that
+scale no term of its error is above rounding, though it leaves the nominal by as much as it moves as
+soon as the linkage turns visibly.  So no point is said to be exact unless the finite motion keeps
+it on its nominal, as far as the charts reach that carry it farthest; and the terms of one that is
+not are weighed where the linkage has turned visibly.
 """
 
 from __future__ import annotations
@@ -15,19 +16,22 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, motion
 from ..kinematics.types import Array, Complexes, Floats, Mask
 
-#: Positions on the way in either direction; tangent of half of the angle to which the motion is followed; and the part
-#: of the way to a turning point, where positions lose digits.
+#: Positions on the way in either direction; tangent of half of the angle to which the motion is
+#: followed; and the part of the way to a turning point, where positions lose digits.
 POSITIONS, FARTHEST, PART = 16, 1.0, 0.9
-#: The same where the series has no term above rounding: a change point farther on may lead into the other branch.
+#: The same where the series has no term above rounding: a change point farther on may lead into the
+#: other branch.
 NEARER = 0.1
-#: Charts conditioned worse than this lose digits that decide; those that carry a point less than this part of what
-#: another one does say too little.
+#: Charts conditioned worse than this lose digits that decide; those that carry a point less than
+#: this part of what another one does say too little.
 CONDITIONED, FAR = 1e-6, 0.3
 #: Largest distance from the nominal, in parts of the path, that rounding explains.
 ROUNDING = 1e-11
-#: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so far.
+#: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so
+#: far.
 VISIBLE = (0.3, *np.geomspace(0.1, 1e-7, 13))
-#: Number of the first term where none can be told from the others: that of any point beside its circle.
+#: Number of the first term where none can be told from the others: that of any point beside its
+#: circle.
 UNDECIDED = 3
 
 
@@ -70,7 +74,8 @@ def stays(
             far, most = (np.fmax.reduce(values, axis=0) for values in (np.sqrt(square), away))
             ways.append(np.where(good, np.nan_to_num(far), 0.0))
             kept.append(most <= ROUNDING * far)
-    # one is enough: beyond a change point that lies on the way a chart may go on in the other branch
+    # one is enough: beyond a change point that lies on the way a chart may go on in the other
+    # branch
     carried = np.stack(ways)
     return np.asarray(((carried > FAR * carried.max(0)) & kept).any(0))
 
@@ -80,8 +85,9 @@ def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
 
     0 if all are rounding.
 
-    Taylor coefficients (m, n) of the gap, the distance from the nominal, and of the path; a term below `tolerance` of
-    the largest counts as zero.  Where all that are there come after `most`, the answer is `UNDECIDED`.
+    Taylor coefficients (m, n) of the gap, the distance from the nominal, and of the path; a term
+    below `tolerance` of the largest counts as zero.  Where all that are there come after `most`,
+    the answer is `UNDECIDED`.
     """
     first = np.full(gap.shape[1], UNDECIDED)
     for near in VISIBLE[::-1]:

@@ -1,7 +1,7 @@
 """The instant with a finite pole.
 
-With the signed distances r, r* of the pivots from the pole along a unit ray e, and  g = r*/(r - r*)  (0 for a slider,
--1 for a slide):
+With the signed distances r, r* of the pivots from the pole along a unit ray e, and  g = r*/(r - r*)
+(0 for a slider, -1 for a slide):
 
     diameter vector of the inflection circle   i (m2 e1 - m1 e2)/(e1 x e2),   m = r g
     h = (g2 - g1)/(rho0 e1 x e2),  s = h X1 X2,  kappa = g1/rho0 - h X2 Y1,  kappa* = kappa + 1/rho0
@@ -11,7 +11,8 @@ an ordinary value.  Digits lost in double precision (median / worst of 60 random
 s = 0, or kappa = s = 0, at 1e-4 to 1e-12: at most 0.5 / 2; rays at an angle 1e-2, 1e-4, 1e-6: 1.2, 3.7, 5.1 / 3.3, 5.2,
 7.2; coincident principal pairs: half of all digits.  All but the last are inherent in the rounding of the pivots.
 
-Source: Allievi 1895, eqs. (3), (12), (15), (16), (22), rewritten without tangents and without division by s.
+Source: Allievi 1895, eqs. (3), (12), (15), (16), (22), rewritten without tangents and without
+division by s.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ import numpy as np
 from ..kinematics.linkage import PR, RP, Linkage
 from ..kinematics.types import Complexes, Floats
 
-#: A pivot nearer to the pole than this, times what the pole's rounding grows from, stands at the pole.
+#: A pivot nearer to the pole than this, times what the pole's rounding grows from, stands at the
+#: pole.
 AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
 #: A point farther than the reciprocal of this, in the unit of the formula, stands at infinity.
 INFINITE = 2e-15
-#: What is below this in its natural unit counts as zero where only a ratio of such numbers would matter.
+#: What is below this in its natural unit counts as zero where only a ratio of such numbers would
+#: matter.
 VANISHING = 1e-11
 
 
@@ -136,9 +139,10 @@ def principal_pairs(
 ) -> Floats:
     """Return the two unknown principal pairs in the canonical frame with rho0 = 1, shape (n, 2, 2, 3).
 
-    From kappa, star, s, h (n,), 1/R, 1/R*, 1/S and 1/OQ times rho0; the directions cos, sin (n, 2) of the two known
-    rays; and a, a_star (n, 2), rho0/r and rho0/r* of the known pairs, infinite for a pivot at the pole.  NaN where they
-    are imaginary, and for cyclic motions, which have no pairs of their own.
+    From kappa, star, s, h (n,), 1/R, 1/R*, 1/S and 1/OQ times rho0; the directions cos, sin (n, 2)
+    of the two known rays; and a, a_star (n, 2), rho0/r and rho0/r* of the known pairs, infinite for
+    a pivot at the pole.  NaN where they are imaginary, and for cyclic motions, which have no pairs
+    of their own.
 
     Source: Allievi 1895, eq. (22), as V^2 - bV + g = 0 in V = s tan(phi), which stays regular in the modes I, II, III.
     """
@@ -147,7 +151,8 @@ def principal_pairs(
     second = a[:, 1] - h * cos[:, 0], a_star[:, 0] - h * cos[:, 1]
     huge = [np.maximum(np.abs(u), np.abs(v)) for u, v in (first, second)]
     c = np.where(huge[0] <= huge[1], first[0] * first[1], second[0] * second[1])
-    # the quartic less its two known roots; where it vanishes identically every point of the cubic is guided exactly
+    # the quartic less its two known roots; where it vanishes identically every point of the cubic
+    # is guided exactly
     rest = np.abs(h * h * cos[:, 0] * cos[:, 1]), np.abs(h * b), np.abs(c)
     unit = np.maximum(1.0, h * h)
     cyclic = np.maximum(np.maximum(rest[0], rest[1]), rest[2]) <= VANISHING * unit

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 #: Points nearer than this part of the linkage are the same.
 COINCIDENT = 1e-9
-#: So are two principal pairs nearer than this, and what they leave of a coefficient that vanishes is below it: of a
-#: double root half of the digits are left.
+#: So are two principal pairs nearer than this, and what they leave of a coefficient that vanishes
+#: is below it: of a double root half of the digits are left.
 DOUBLE = 1e-6
 
 
@@ -28,10 +28,11 @@ DOUBLE = 1e-6
 class GuidedElements:
     """Guided elements of n linkages: labels (k,), pairs (n, k, 2, 3) and orders of contact (n, k).
 
-    A pair is a fixed and a moving point, homogeneous; the order is that on the finite motion, 99 if exact.
+    A pair is a fixed and a moving point, homogeneous; the order is that on the finite motion, 99 if
+    exact.
 
-    A fixed point at infinity: a point on a straight line; a moving one: a straight slot over a fixed point.  Where a
-    linkage has none the pair is NaN and the order 0.
+    A fixed point at infinity: a point on a straight line; a moving one: a straight slot over a
+    fixed point.  Where a linkage has none the pair is NaN and the order 0.
     """
 
     labels: list[str]
@@ -56,9 +57,9 @@ def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElem
 
     The latter have four positions in common with circles of this radius [length], if given.
 
-    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.  Of linkages at a
-    dead point what either branch of the motion guides is given, with labels of its own for the second one, unless the
-    instant says which branch is meant.
+    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is
+    given.  Of linkages at a dead point what either branch of the motion guides is given, with
+    labels of its own for the second one, unless the instant says which branch is meant.
 
     Raises
     ------

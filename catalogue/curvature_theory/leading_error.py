@@ -1,17 +1,19 @@
 """The leading error of a guided point: how its path leaves the tangent or the osculating circle.
 
-In axes at the point, u along the path and v along its normal, the path is  v = c_m u^m + ...  beside the nominal, and m
+In axes at the point, u along the path and v along its normal, the path is  v = c_m u^m + ...
+beside the nominal, and m
 - 1 is the order of contact.  The first coefficient that does not vanish is taken from the Taylor series of the finite
-motion.  The closed formulas for it (`tests/curvature_theory/test_leading_error.py` has them, row by row) are products
-of differences of tangents of the rays: they agree, but each holds in one mode only, they lose the digits of 1/S and of
-the angle of nearly parallel cranks, and they hold on the circling-point curve only.  The series of the motion have
-neither modes nor poles, serve every coupler point, and what they lose (dead points) the pivots do not carry.
+motion.  The closed formulas for it (`tests/curvature_theory/test_leading_error.py` has them, row by
+row) are products of differences of tangents of the rays: they agree, but each holds in one mode
+only, they lose the digits of 1/S and of the angle of nearly parallel cranks, and they hold on the
+circling-point curve only.  The series of the motion have neither modes nor poles, serve every
+coupler point, and what they lose (dead points) the pivots do not carry.
 
 A point at the pole has a cusped path, along which it returns: with u the distance from the cusp,
 v = +-c u^(N/2) on the two branches, N = 4 for points of a simple cusp on its circle, 5 and 6 for return guides.
 
-Source: theory of the leading coefficients c3 ... c6 and of the deviation by Chebyshev polynomials: Allievi 1895,
-secs. 27-31, and the laws E = |c_m| L^m/2^(2m-1).
+Source: theory of the leading coefficients c3 ... c6 and of the deviation by Chebyshev polynomials:
+Allievi 1895, secs. 27-31, and the laws E = |c_m| L^m/2^(2m-1).
 """
 
 from __future__ import annotations
@@ -28,16 +30,18 @@ from .taylor import TERMS, Jet, jet, norm_squared
 
 #: Order of contact of a guide that is exact on the finite motion.
 EXACT = 99
-#: A coefficient below this part of the path's own terms counts as zero: guided points are given with 16 digits, and
-#: with 8 where two principal pairs coincide.
+#: A coefficient below this part of the path's own terms counts as zero: guided points are given
+#: with 16 digits, and with 8 where two principal pairs coincide.
 TOLERANCE = 1e-8
 #: Most positions that a point has in common with its nominal unless it is exact.
 MOST = 6
-#: How small the largest error of u^m over [-1, 1] becomes beside 1, u; beside 1, u, u^2; and beside all lower powers.
+#: How small the largest error of u^m over [-1, 1] becomes beside 1, u; beside 1, u, u^2; and beside
+#: all lower powers.
 LINE = {3: 1 / 4, 4: 1 / 2, 5: 0.3264468005, 6: 1 / 2}
 CIRCLE = {3: 1 / 4, 4: 1 / 8, 5: 0.3264468005, 6: 0.1924500897}
 CHEBYSHEV = {3: 1 / 4, 4: 1 / 8, 5: 1 / 16, 6: 1 / 32}
-#: The same of a return guide over [0, 1]: v = +-c u^(N/2) in an odd N, one line in an even one, beside line and circle.
+#: The same of a return guide over [0, 1]: v = +-c u^(N/2) in an odd N, one line in an even one,
+#: beside line and circle.
 RETURN_LINE = {3: 1.0, 4: 1 / 8, 5: 1.0, 6: 0.1924500897}
 RETURN_CIRCLE = {5: 1.0, 6: 1 / 32}
 
@@ -49,15 +53,16 @@ class LeadingError(Rows):
     Attributes
     ----------
     positions : ndarray of int, shape (n,)
-        N, the power of the motion's parameter with which the point leaves its nominal; `EXACT` + 1 if it does not, on
-        the finite motion; 0 where the motion has no series.
+        N, the power of the motion's parameter with which the point leaves its nominal; `EXACT` + 1
+        if it does not, on the finite motion; 0 where the motion has no series.
     coefficient : ndarray, shape (n,)
-        c in v = c u^power [length^(1 - power)]; 0 if the point stays on its nominal, NaN where the motion has no series
-        (a change point whose branch is not given).
+        c in v = c u^power [length^(1 - power)]; 0 if the point stays on its nominal, NaN where the
+        motion has no series (a change point whose branch is not given).
     normal : complex ndarray, shape (n,)
-        Direction of v; u runs along i normal, which is how the point moves when the coupler turns counter-clockwise:
-        away from the pole, along the ray.  Where the coupler does not turn: the ray of dyad 1.  At a cusp u
-        runs out of it, and c is the sign of v on the branch with counter-clockwise turn.
+        Direction of v; u runs along i normal, which is how the point moves when the coupler turns
+        counter-clockwise: away from the pole, along the ray.  Where the coupler does not turn: the
+        ray of dyad 1.  At a cusp u runs out of it, and c is the sign of v on the branch with
+        counter-clockwise turn.
     curvature : ndarray, shape (n,)
         Curvature of the nominal, towards +v [1/length]; 0 for a line.
     circle, cusp : ndarray of bool, shape (n,)
@@ -84,7 +89,8 @@ class LeadingError(Rows):
     def law(self, stroke: Floats | float) -> Floats:
         """Deviation after optimal splitting of the inflections, |c| L^m/2^(2m-1), shape (n,).
 
-        Straight guides with m = 6 need one length of the linkage changed for it; by moving the guided point alone
+        Straight guides with m = 6 need one length of the linkage changed for it; by moving the
+        guided point alone
         `guide.trace` gets to 6.2 times this."""
         return self._scaled(stroke, CHEBYSHEV, CHEBYSHEV)
 
@@ -127,12 +133,13 @@ def leading_error(
     Parameters
     ----------
     order : int or ndarray of int, shape (n,), optional
-        Order of contact where it is known: the coefficient of that order is returned, and what rounding leaves of
-        the lower ones is not looked at.  `EXACT` is let stand.
+        Order of contact where it is known: the coefficient of that order is returned, and what
+        rounding leaves of the lower ones is not looked at.  `EXACT` is let stand.
     pole : complex ndarray, shape (n,), optional
         Chooses the branch of linkages at a change point.
     tolerance : float
-        Part of the path's own terms below which a coefficient counts as zero, when `order` is not given.
+        Part of the path's own terms below which a coefficient counts as zero, when `order` is not
+        given.
     """
     point = np.broadcast_to(np.asarray(point, dtype=complex), len(linkage))
     path = jet(linkage, point, pole)
@@ -203,16 +210,17 @@ def leading_error_of_pairs(
 def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | None = None) -> tuple[Array, Array]:
     """Return how singular the paths of coupler points are: p cusps and q inflections that coincide, shape (n,) each.
 
-    (0, 0) an ordinary point, (0, 1) an inflection, (0, 2), (0, 3), (0, 4) undulation, pseudo- and double undulation,
-    (1, 0) a cusp, (1, 1) a rhamphoid cusp, (1, 2) a hypercusp; q = `EXACT` on a straight line; -1 where the motion has
-    no series.
+    (0, 0) an ordinary point, (0, 1) an inflection, (0, 2), (0, 3), (0, 4) undulation, pseudo- and
+    double undulation, (1, 0) a cusp, (1, 1) a rhamphoid cusp, (1, 2) a hypercusp; q = `EXACT` on a
+    straight line; -1 where the motion has no series.
 
-    A coefficient of the path counts as zero when it adds less than `TOLERANCE` to the path at the distance (of
-    the parameter) at which its largest terms equal the first one; so does the velocity beside the acceleration.
-    Up to p + q = 3 a point rounded to double precision is decided surely, beyond that what the series says is surer.
+    A coefficient of the path counts as zero when it adds less than `TOLERANCE` to the path at the
+    distance (of the parameter) at which its largest terms equal the first one; so does the velocity
+    beside the acceleration. Up to p + q = 3 a point rounded to double precision is decided surely,
+    beyond that what the series says is surer.
 
-    Source: Allievi 1895, Introduction: p derivatives of the arc and q of the tangent's angle vanish; the point
-    has N = p + q + 2 positions in common with its tangent.
+    Source: Allievi 1895, Introduction: p derivatives of the arc and q of the tangent's angle
+    vanish; the point has N = p + q + 2 positions in common with its tangent.
     """
     found = leading_error(linkage, point, pole=pole)
     p = np.where(found.cusp, 1, 0)

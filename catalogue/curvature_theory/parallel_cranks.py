@@ -86,7 +86,8 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
     square = np.where((square < 0) & (square > -1e-13 * (b * b + np.abs(product))), 0.0, square)
     large = 0.5 * (b + np.copysign(np.sqrt(square), b))
     small = np.where(large != 0, product / large, 0.0)
-    # first: (-k/y, y); second, whose y may vanish with k k*: multiplied by its y and divided by what that leaves
+    # first: (-k/y, y); second, whose y may vanish with k k*: multiplied by its y and divided by
+    # what that leaves
     tie = y[:, 0] * y[:, 1] * large  # = k k*/small
     one, two = [], []
     for mine, other in ((k, k_star), (k_star, k)):

@@ -1,8 +1,9 @@
 """Principal pairs of linkages with a far pole, to full accuracy.
 
-A pair is found by its distance from the pole, so that with the pole at 1/angle (in sizes of the linkage) log10(1/angle)
-digits of its place are gone, and what counts as parallel is off by the angle; the pivots carry them all.  One or two
-steps of Newton's method bring them back: the constraint of a dyad is bilinear in its homogeneous pivots,
+A pair is found by its distance from the pole, so that with the pole at 1/angle (in sizes of the
+linkage) log10(1/angle) digits of its place are gone, and what counts as parallel is off by the
+angle; the pivots carry them all.  One or two steps of Newton's method bring them back: the
+constraint of a dyad is bilinear in its homogeneous pivots,
 
     w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
 
@@ -24,7 +25,8 @@ from .taylor import charts, norm_squared, path_series
 CONDITIONING = 0.05
 #: Systems conditioned worse than this belong to pairs that nearly coincide.
 COINCIDENT = 1e8
-#: Longest step of the unit vectors that is taken: a longer one does not start at an approximate pair.
+#: Longest step of the unit vectors that is taken: a longer one does not start at an approximate
+#: pair.
 STEP = 1e-2
 STEPS = 2
 
@@ -48,8 +50,8 @@ def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
 def _bilinear(moving: Motion) -> Array:
     """Coefficients of t^1 ... t^4 in the constraint, as matrices between (x, y, w) of A and of A*, shape (n, 4, 3, 3).
 
-    In extended precision, where the platform has it: they decide the digits.  Lengths are in sizes of the
-    linkage, from the origin of the chart; each matrix is scaled to about 1.
+    In extended precision, where the platform has it: they decide the digits.  Lengths are in sizes
+    of the linkage, from the origin of the chart; each matrix is scaled to about 1.
     """
     d, x = path_series(moving.point(moving.origin)) / moving.linkage.size, path_series(moving.turn())
     turned = d + taylor_product(x.conj(), d)

@@ -1,8 +1,9 @@
 """Taylor series of the path of a coupler point about the reference position, for batches.
 
-A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart of the finite motion that
-is best conditioned there.  What `motion` evaluates at positions is evaluated here on series, so that it holds wherever
-the motion does: for parallel cranks, pivots at infinity and, on a given branch, at change points.
+A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart of
+the finite motion that is best conditioned there.  What `motion` evaluates at positions is evaluated
+here on series, so that it holds wherever the motion does: for parallel cranks, pivots at infinity
+and, on a given branch, at change points.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ BLOCK = 4096
 class Jet(NamedTuple):
     """Taylor series of the paths of one coupler point per linkage.
 
-    The displacement z, complex, (TERMS, n) [length], row 0 of which is 0; and the rate of the coupler's
-    angle by the parameter, (n,).
+    The displacement z, complex, (TERMS, n) [length], row 0 of which is 0; and the rate of the
+    coupler's angle by the parameter, (n,).
 
     NaN at a change point whose branch is not given.
     """

@@ -59,9 +59,11 @@ class Circuits(Columns):
     lead : ndarray of int
         Number of the dyad whose crank leads, 0 or 1; 2: the coupler.
     kind : ndarray of int
-        `TURN`: the lead turns fully; `SWING`: it swings between dead points; `OPEN`: it runs from infinity to infinity.
+        `TURN`: the lead turns fully; `SWING`: it swings between dead points; `OPEN`: it runs from
+        infinity to infinity.
     centre, half : ndarray
-        Of the lead's angles: phi = centre + s; centre - half cos s; centre + half (s / pi - 1) [rad].
+        Of the lead's angles: phi = centre + s; centre - half cos s; centre + half (s / pi - 1)
+        [rad].
     sign : ndarray
         Of the root.
     period : ndarray
@@ -223,7 +225,8 @@ def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
     found = [tuple(np.asarray(c)[~block] for c in (rows, TURN + none, none, none, one, 2 * np.pi * one, none))]
     sine = np.where(kind[:, 0] == RP, -1.0, 1.0) * linkage.sine[rows]
     cosine = (linkage.rays[rows, 0].conj() * linkage.rays[rows, 1]).real
-    # the rays are parallel where the coupler has turned by these angles: there the point is at infinity
+    # the rays are parallel where the coupler has turned by these angles: there the point is at
+    # infinity
     start = np.arctan2(sine, cosine)
     for k in (0, 1):
         centre, half = np.mod(-start, np.pi) + np.pi * (k - 0.5), (0.5 * np.pi - NEAR_INFINITY) * one

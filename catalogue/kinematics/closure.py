@@ -4,9 +4,9 @@ With phi the crank's angle from an axis of the fixed plane, that is where
 
     (cos phi - p)(q - cos phi) >= 0,
 
-and the square root of this product tells its two ways to be closed apart.  r, f, l, c are the lengths of crank, frame,
-coupler and second crank, e the distance of the slider's line from the crank's pivot, h that of the coupler line from
-the crank pin:
+and the square root of this product tells its two ways to be closed apart.  r, f, l, c are the
+lengths of crank, frame, coupler and second crank, e the distance of the slider's line from the
+crank's pivot, h that of the coupler line from the crank pin:
 
 =====================  ===================  ===============================  ===============================
 second dyad            axis                 p                                q
@@ -89,7 +89,8 @@ class Closure(Columns):
             nearly = CHANGE * np.maximum(
                 np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
             )
-            # and by how much they are long enough to close at all, where one of these ends is reached
+            # and by how much they are long enough to close at all, where one of these ends is
+            # reached
             spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high],
                              [l + c - near, far - np.abs(l - c)]))  # fmt: skip
             change, dead = np.abs(excess) <= nearly, excess > nearly
@@ -146,8 +147,8 @@ def turn_between(goal: Array, way: Array, side: Array) -> Complexes:
 class Swing(NamedTuple):
     """Columns of swinging cranks, and their angles by phases (m, k).
 
-    Also twice the product of the sines of half the angles to both dead points, and whether the swing runs
-    back.
+    Also twice the product of the sines of half the angles to both dead points, and whether the
+    swing runs back.
     """
 
     which: Indices | slice

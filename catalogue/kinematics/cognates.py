@@ -1,8 +1,9 @@
 """Cognates: other linkages whose coupler point runs along the same path.
 
-With the complex ratio q = (P - A1*)/(A2* - A1*) of the coupler triangle, a four-bar has two: one shares the fixed pivot
-A1, the other A2, and both have the third fixed pivot A1 + q (A2 - A1).  A slider-crank has one, which shares the pivot
-of the crank; its slider runs along a line turned by the angle of q.
+With the complex ratio q = (P - A1*)/(A2* - A1*) of the coupler triangle, a four-bar has two: one
+shares the fixed pivot A1, the other A2, and both have the third fixed pivot A1 + q (A2 - A1).  A
+slider-crank has one, which shares the pivot of the crank; its slider runs along a line turned by
+the angle of q.
 
 Source: S. Roberts 1875, P. L. Chebyshev 1878.
 """
@@ -14,7 +15,8 @@ import numpy as np
 from .linkage import PR, RR, Linkage, homogeneous
 from .types import Array, Complexes, Indices
 
-#: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots would coincide.
+#: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots
+#: would coincide.
 NEAREST = 1e-6
 
 
@@ -24,8 +26,8 @@ def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Arra
     Returns
     -------
     Linkage, ndarray of int, shape (k,), ndarray of int, shape (k,)
-        The cognates, the number of the original linkage of each, and its own number: 1 if it shares the
-        fixed pivot of the first crank, 2 for the second.
+        The cognates, the number of the original linkage of each, and its own number: 1 if it shares
+        the fixed pivot of the first crank, 2 for the second.
     """
     z, finite, kind = linkage.points, linkage.finite, linkage.dyads
     found, which, number = [], [], []

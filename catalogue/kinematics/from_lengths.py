@@ -18,8 +18,8 @@ ground between        Oldham linkage; two lines of the coupler, at the angle `be
                       (ground, 0)
 ====================  ==========================================================================================
 
-The angle is that of crank 1 from the x axis, without a crank that of the coupler: of the line from slider to slider, or
-of the (first) slide's line.
+The angle is that of crank 1 from the x axis, without a crank that of the coupler: of the line from
+slider to slider, or of the (first) slide's line.
 
 Source: the usual closures by two circles, or a circle and a line.
 """
@@ -45,22 +45,24 @@ TRAMMEL = ("coupler", "between")
 OLDHAM = ("ground", "between")
 #: What may stand beside the lengths.
 POSITION = ("angle", "branch")
-#: And where the guided point is: in the position given, or along and across the coupler, see `link_lengths`.
+#: And where the guided point is: in the position given, or along and across the coupler, see
+#: `link_lengths`.
 POINT = ("x", "y", "along", "across")
 
 
 def from_lengths(links: Mapping[str, Any]) -> Linkage:
     """Return linkages from the lengths of their links, arrays of shape () or (n,): one row of the table above.
 
-    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis [deg]; of the coupler
-    where there is none.  ``branch``: 1 (if left out) or -1, the two ways to close the chain: the rocker's end to the
-    left or right of the line from crank to rocker pivot, the slider to the right or left, the coupler's line running to
-    the slide or away from it.
+    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis
+    [deg]; of the coupler where there is none.  ``branch``: 1 (if left out) or -1, the two ways to
+    close the chain: the rocker's end to the left or right of the line from crank to rocker pivot,
+    the slider to the right or left, the coupler's line running to the slide or away from it.
 
     Raises
     ------
     InvalidLinkage
-        If the names are none of the rows, a length is not above zero, or a chain cannot be closed at its angle.
+        If the names are none of the rows, a length is not above zero, or a chain cannot be closed
+        at its angle.
     """
     if "angle" not in links:
         raise InvalidLinkage(
@@ -72,8 +74,8 @@ def from_lengths(links: Mapping[str, Any]) -> Linkage:
 def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
     """Build linkages from link lengths, with guided points (n,), NaN if not given.
 
-    The points are given by ``x`` and ``y``, or by ``along`` and ``across``.  Without ``angle`` the position is
-    in the middle of the range of the first crank.
+    The points are given by ``x`` and ``y``, or by ``along`` and ``across``.  Without ``angle`` the
+    position is in the middle of the range of the first crank.
 
     Raises
     ------

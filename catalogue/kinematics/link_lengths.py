@@ -1,8 +1,9 @@
 """Link lengths for the workshop, and the nearest linkages of round lengths.
 
-They are, as far as the family has them: cranks, frame, coupler, the offset of a slider's line from the other fixed
-pivot, the offset of a slide's line from the other moving pivot, and the place of the guided point in the coupler, along
-and across the line from moving pivot 1 to moving pivot 2 (or the line of the slide).  Angles between sliders stay.
+They are, as far as the family has them: cranks, frame, coupler, the offset of a slider's line from
+the other fixed pivot, the offset of a slide's line from the other moving pivot, and the place of
+the guided point in the coupler, along and across the line from moving pivot 1 to moving pivot 2 (or
+the line of the slide).  Angles between sliders stay.
 """
 
 from __future__ import annotations
@@ -34,8 +35,9 @@ def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
 def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, Complexes, Mask]:
     """Find the nearest linkages and points with lengths in multiples of a step, and their mask (n,).
 
-    Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares; directions of pivots at
-    infinity stay.  None where a length would vanish, or the chain cannot be closed with the round lengths.
+    Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares;
+    directions of pivots at infinity stay.  None where a length would vanish, or the chain cannot be
+    closed with the round lengths.
     """
     pivots, moved, good = linkage.pivots.copy(), point.copy(), np.zeros(len(linkage), bool)
     for kinds in np.unique(linkage.dyads, axis=0):

@@ -13,7 +13,8 @@ RP     moving pivot at infinity             slide: the coupler line through the 
                                             direction of the moving pivot keeps passing through the fixed pivot
 =====  ===================================  ==================================================================
 
-The pivots are given in one *reference position*; fixed and moving plane share their coordinates there.
+The pivots are given in one *reference position*; fixed and moving plane share their coordinates
+there.
 """
 
 from __future__ import annotations
@@ -58,14 +59,16 @@ class Linkage:
     Parameters
     ----------
     pivots : array_like, shape (2, 2, 3) or (n, 2, 2, 3)
-        Dyad, (fixed, moving), (x, y, w), in any length unit; (x, y) is a finite pivot, w = 1.  Scaled on entry so that
-        w is 0 or 1 and the direction of a pivot at infinity is a unit vector.
+        Dyad, (fixed, moving), (x, y, w), in any length unit; (x, y) is a finite pivot, w = 1.
+        Scaled on entry so that w is 0 or 1 and the direction of a pivot at infinity is a unit
+        vector.
 
     Raises
     ------
     InvalidLinkage
-        NaN or infinite numbers, lengths beyond 1e-152 ... 1e152, a wrong shape, a dyad with both pivots at infinity, a
-        link of length zero, coincident fixed or coincident moving pivots (at infinity: parallel directions).
+        NaN or infinite numbers, lengths beyond 1e-152 ... 1e152, a wrong shape, a dyad with both
+        pivots at infinity, a link of length zero, coincident fixed or coincident moving pivots (at
+        infinity: parallel directions).
 
     Examples
     --------

@@ -1,7 +1,7 @@
 """Finite motion of all six families in closed form.
 
-A pose carries the coupler point z to  z + d + x (z - o),  x = exp(i theta) - 1.  Each dyad (A, w), (A*, w*), seen from
-the origin o, confines the pose to one and the same generalised circle,
+A pose carries the coupler point z to  z + d + x (z - o),  x = exp(i theta) - 1.  Each dyad (A, w),
+(A*, w*), seen from the origin o, confines the pose to one and the same generalised circle,
 
     w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
 
@@ -18,10 +18,12 @@ and the root that is continuous with it is kept.  A chart ends where circle and 
 hi - E for one more linear form E: the turning points of the parameter (coupler: the cranks are parallel or the
 linkage is at a dead point; crank: a dead point of that crank).
 
-At a change point, where all pivots lie on one line and two branches cross, K and the discriminant vanish like t and
-t^2.  Both are divided out in the coupler chart, and the branch with the wanted pole is kept on both sides.
+At a change point, where all pivots lie on one line and two branches cross, K and the discriminant
+vanish like t and t^2.  Both are divided out in the coupler chart, and the branch with the wanted
+pole is kept on both sides.
 
-Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the linkages.
+Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the
+linkages.
 """
 
 from __future__ import annotations
@@ -224,14 +226,16 @@ class Motion(Columns):
     conditioning : ndarray
         Between 0 (the chart is singular in the reference position) and about 1.
     interval : ndarray, shape (2, n)
-        Nearest turning points of the parameter below and above 0; infinite where the parameter turns fully.
+        Nearest turning points of the parameter below and above 0; infinite where the parameter
+        turns fully.
     forms : ndarray, shape (7, 3, n)
     circle : ndarray
         The coefficient a of the circle, 0 if it is a line.
     origin, lever : complex ndarray
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
     unit : ndarray
-        Of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the linkage's size [length].
+        Of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the
+        linkage's size [length].
     branch : ndarray
         0; at a change point the sign of the root that is taken for t > 0.
     """
@@ -337,7 +341,8 @@ class Path(Columns):
         with np.errstate(all="ignore"):
             root = np.sqrt(k * k - self.circle * t * mixed)
             q = mixed / (k + root)
-            # where K has changed its sign the other form of the same root; a pair of lines has none there
+            # where K has changed its sign the other form of the same root; a pair of lines has none
+            # there
             if np.fmin.reduce(k, axis=None, initial=np.inf) <= 0:
                 q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
             if len(forms) > 9:
@@ -368,23 +373,25 @@ def motion(
 ) -> Motion:
     """Return the motion of n linkages in charts, int or (n,).
 
-    A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  The origin (n,) is that of the
-    coupler chart; digits are kept best when it is the guided point.  The poles (n,) in the reference position choose
-    the branch of linkages at a change point.  In a crank chart poses lose digits where the end of the driving crank
-    comes near the other dyad's fixed point: the turn is known to some 1e-16 over the square of their distance, as a
-    part of the linkage's size.  The working precision `dtype` is float or numpy.longdouble, which is
-    double where the platform has no extended precision.
+    A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  The origin
+    (n,) is that of the coupler chart; digits are kept best when it is the guided point.  The poles
+    (n,) in the reference position choose the branch of linkages at a change point.  In a crank
+    chart poses lose digits where the end of the driving crank comes near the other dyad's fixed
+    point: the turn is known to some 1e-16 over the square of their distance, as a part of the
+    linkage's size.  The working precision `dtype` is float or numpy.longdouble, which is double
+    where the platform has no extended precision.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))
     pivots = linkage.pivots.astype(dtype)
     z, w = pivots[..., 0] + 1j * pivots[..., 1], pivots[..., 2]
     start = np.zeros(len(linkage), dtype=z.dtype) if origin is None else np.asarray(origin).astype(z.dtype)
     origin = np.where(chart == COUPLER, start, np.where(chart == CRANK_1, z[:, 0, 1], z[:, 1, 1]))
-    # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if there is one
+    # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if
+    # there is one
     swap = np.where(chart == COUPLER, linkage.dyads[:, 0] != RR, chart == CRANK_2)[:, None]
     z = np.where(w != 0, z - origin[:, None, None], z)
-    # forms are products of up to four lengths, discriminants of eight: in a unit near the size none overflows, and as a
-    # power of 2 it rounds nothing
+    # forms are products of up to four lengths, discriminants of eight: in a unit near the size none
+    # overflows, and as a power of 2 it rounds nothing
     unit = np.ldexp(np.ones((), dtype), np.frexp(np.where(w != 0, np.abs(z), 0).max((1, 2)))[1])
     z = np.where(w != 0, z / unit[:, None, None], z)
     z, w = (np.where(swap[..., None], p[:, ::-1], p) for p in (z, w))
@@ -416,7 +423,7 @@ def motion(
 def conditioning(linkage: Linkage) -> Floats:
     """Return how well each chart is conditioned in the reference position, shape (3, n): sines of an angle.
 
-    Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All three vanish only
-    at a change point, where all pivots lie on one line.
+    Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All
+    three vanish only at a change point, where all pivots lie on one line.
     """
     return np.asarray(np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS])))

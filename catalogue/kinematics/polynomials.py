@@ -24,8 +24,9 @@ def product(*factors: Array) -> Array:
 def real_roots(coefficients: Floats) -> Floats:
     """Return the real roots of polynomials of degree d, shape (n, d), NaN for the complex ones.
 
-    The coefficients (n, d + 1) go from the constant on; the last one is not to be 0.  Eigenvalues of companion
-    matrices: a root of multiplicity m is good to the m-th root of the rounding, a double one may be taken for complex.
+    The coefficients (n, d + 1) go from the constant on; the last one is not to be 0.  Eigenvalues
+    of companion matrices: a root of multiplicity m is good to the m-th root of the rounding, a
+    double one may be taken for complex.
     """
     n, d = coefficients.shape[0], coefficients.shape[1] - 1
     with np.errstate(all="ignore"):

@@ -1,16 +1,16 @@
 """Velocities and accelerations of the coupler in one position, per unit angular velocity of the drive.
 
-A dyad confines the velocity of the coupler point P that it holds (the moving pivot of a crank or slider, where the
-coupler is in the fixed pivot of a slide) to be normal to its ray n:
+A dyad confines the velocity of the coupler point P that it holds (the moving pivot of a crank or
+slider, where the coupler is in the fixed pivot of a slide) to be normal to its ray n:
 
     n . v(P) = 0,    n . a(P) = -|v(P)|^2 / length (crank),  0 (slider),  2 n . (i omega v(P)) (slide: Coriolis),
 
-and the driving crank's pin has the velocity i (P - A) and the acceleration -(P - A) if its angular velocity is 1.
-These are three linear equations each for the motion of the coupler.  At a dead point of the driving crank they
-contradict each other: NaN.
+and the driving crank's pin has the velocity i (P - A) and the acceleration -(P - A) if its angular
+velocity is 1. These are three linear equations each for the motion of the coupler.  At a dead point
+of the driving crank they contradict each other: NaN.
 
-Source: the usual velocity and acceleration analysis; W. Hartenberg and J. Denavit, Kinematic Synthesis of Linkages,
-1964, ch. 4.
+Source: the usual velocity and acceleration analysis; W. Hartenberg and J. Denavit, Kinematic
+Synthesis of Linkages, 1964, ch. 4.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from .linkage import RP, RR, Linkage
 from .plane_vectors import dot
 from .types import Array, Complexes, Floats
 
-#: Sine of the angle between the rays of driving and driven dyad, times the part that the coupler is of the linkage's
-#: size, below which the drive stands in a dead point.
+#: Sine of the angle between the rays of driving and driven dyad, times the part that the coupler is
+#: of the linkage's size, below which the drive stands in a dead point.
 DEAD = 1e-12
 
 
@@ -68,8 +68,8 @@ class Rates(Rows):
 def rates(linkage: Linkage, drive: Array) -> Rates:
     """Compute the rates of linkages at unit angular velocity of their drives.
 
-    `drive` (n,) is 0 or 1 for the crank of a dyad, 2 for the coupler.  NaN at a dead point of the drive, and
-    where the dyad is no crank.
+    `drive` (n,) is 0 or 1 for the crank of a dyad, 2 for the coupler.  NaN at a dead point of the
+    drive, and where the dyad is no crank.
     """
     z, rays, kinds = linkage.points, linkage.rays, linkage.dyads
     row = np.arange(len(linkage))

@@ -1,10 +1,11 @@
 """Sample a motion so that nothing happens unseen between two samples.
 
-The phase of a circuit says little of what moves.  Near a change point, or where two pins nearly meet, a link turns by
-half a turn or by a whole one while the phase grows by a millionth.  All such places are at multiples of a quarter turn
-of the phase: there the leading crank is in line with the frame, or reverses.  `resolved` starts from even samples and
-from some that crowd at these places.  It halves intervals until each value is known within them as well as at their
-ends.  From this table come rows, polylines and splines, each with a stated error.
+The phase of a circuit says little of what moves.  Near a change point, or where two pins nearly
+meet, a link turns by half a turn or by a whole one while the phase grows by a millionth.  All such
+places are at multiples of a quarter turn of the phase: there the leading crank is in line with the
+frame, or reverses.  `resolved` starts from even samples and from some that crowd at these places.
+It halves intervals until each value is known within them as well as at their ends.  From this table
+come rows, polylines and splines, each with a stated error.
 """
 
 from __future__ import annotations
@@ -22,18 +23,20 @@ EVEN = 49
 IN_LINE = 0.5 * np.pi
 #: Distances from there at which samples crowd, down to the root of the rounding of a phase [rad].
 CROWDED = IN_LINE * 4.0 ** -np.arange(2.5, 13.5)
-#: Largest error of the table between two samples [scale]: rows then keep their share to a part in a hundred.
+#: Largest error of the table between two samples [scale]: rows then keep their share to a part in a
+#: hundred.
 TABLE_ERROR = 2e-3
 #: Largest step of the table [scale]: a link that turns once is seen in 60 positions.
 TABLE_STEP = 0.1
-#: Places within an interval at which it is tested: the middle alone would miss a curve that is symmetric about it.
+#: Places within an interval at which it is tested: the middle alone would miss a curve that is
+#: symmetric about it.
 INNER = np.array([0.25, 0.5, 0.75])
 #: Most halvings of an interval: a double has 52 bits.
 MAX_ROUNDS = 60
 #: Most samples: thirty times what a curve near a change point takes.
 MAX_SAMPLES = 50_000
-#: Part of its whole way that a value may run between two rows that are even in the phase [steps of the phase]: a
-#: crank-rocker has even rows, a point that runs faster than that has closer ones.
+#: Part of its whole way that a value may run between two rows that are even in the phase [steps of
+#: the phase]: a crank-rocker has even rows, a point that runs faster than that has closer ones.
 CROWDING = 4.0
 #: Way below which a value is at rest [scale]: shares of less would be shares of rounding.
 REST = 1e-3
@@ -49,7 +52,8 @@ ROUNDS_OF_LEAST = 6
 SAMPLES_OF_LEAST = 17
 
 Curve = Callable[[Floats], Complexes]
-#: Values at both ends (j, k) and within (3, j, k) of intervals -> how far each is off, over what is allowed, (j,).
+#: Values at both ends (j, k) and within (3, j, k) of intervals -> how far each is off, over what is
+#: allowed, (j,).
 Test = Callable[[Complexes, Complexes, Complexes], Floats]
 
 
@@ -77,7 +81,8 @@ class Samples:
     def way(self) -> Floats:
         """Measure in which rows are even, from 0 on, shape (m,).
 
-        It is the share of the parameter, but grows faster where a value runs above `CROWDING` times its mean speed.
+        It is the share of the parameter, but grows faster where a value runs above `CROWDING` times
+        its mean speed.
         """
         steps = np.abs(np.diff(self.values, axis=0)) / self.scale
         shares = steps / np.maximum(steps.sum(0), REST)
@@ -87,8 +92,8 @@ class Samples:
     def rows(self, share: Floats) -> Floats:
         """Return the parameters at shares (n,) of the way, from 0 to 1.
 
-        Between n even shares no value runs farther than (`CROWDING` + k)/(n - 1) of its whole way, k being the number
-        of values.
+        Between n even shares no value runs farther than (`CROWDING` + k)/(n - 1) of its whole way,
+        k being the number of values.
         """
         way = self.way
         return np.asarray(np.interp(share * way[-1], way, self.at))
@@ -107,7 +112,8 @@ class Samples:
         ----------
         share : ndarray, shape (n,)
         error : float
-            Largest distance of a value from the mean of its neighbours, half way between them [scale].
+            Largest distance of a value from the mean of its neighbours, half way between them
+            [scale].
 
         Returns
         -------

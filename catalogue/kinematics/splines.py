@@ -11,9 +11,11 @@ from .types import Complexes, Floats
 
 #: Largest error of a spline [scale]: that of a cubic through 361 even points at a cusp.
 SPLINE_ERROR = 2e-7
-#: Points of a spline at first: paths of answers are then off by less than a thousandth of their deviation.
+#: Points of a spline at first: paths of answers are then off by less than a thousandth of their
+#: deviation.
 SPLINE_POINTS = 361
-#: Newton steps to the nearest place of a spline: from a quarter of an interval three reach rounding.
+#: Newton steps to the nearest place of a spline: from a quarter of an interval three reach
+#: rounding.
 NEWTON = 4
 
 
@@ -59,8 +61,8 @@ def cubic(knots: Floats, z: Complexes) -> Any:
 def spline_parameters(at: Floats, z: Complexes) -> Floats:
     """Return the parameters of a spline through places (m,), from 0 to 1, shape (m,).
 
-    Their steps are means of two shares: of the phase, in which a cusp is smooth, and of the length, in which a sudden
-    motion is smooth.
+    Their steps are means of two shares: of the phase, in which a cusp is smooth, and of the length,
+    in which a sudden motion is smooth.
     """
     run, length = np.abs(np.diff(at)), np.abs(np.diff(z))
     both = run / run.sum() + length / max(float(length.sum()), REST)
@@ -70,7 +72,8 @@ def spline_parameters(at: Floats, z: Complexes) -> Floats:
 def _off_spline(spline: Any, knots: Floats, inner: Complexes) -> Floats:
     """Return the largest distance of places (3, m - 1) within intervals from a spline, shape (m - 1,).
 
-    Newton's method finds the nearest place; where it fails the distance is told too large, never too small.
+    Newton's method finds the nearest place; where it fails the distance is told too large, never
+    too small.
     """
     u = knots[:-1] + np.multiply.outer(INNER, np.diff(knots))
     slope, least = spline.derivative(), np.full(u.shape, np.inf)

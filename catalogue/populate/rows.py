@@ -84,7 +84,8 @@ def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None
     ----------
     linkage : Linkage
     points : mapping of str to ndarray, shape (n,)
-        ``kind``, ``x``, ``y``, ``contact_order``, ``centre`` (complex, of a circle) and further columns.
+        ``kind``, ``x``, ``y``, ``contact_order``, ``centre`` (complex, of a circle) and further
+        columns.
     usual : ndarray, shape (n,), optional
         Half strokes to try as well.
 

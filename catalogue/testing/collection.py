@@ -15,15 +15,16 @@ from ..collections.results import CollectionCandidate
 from ..collections.spec import LENGTH, Collection, Draw, Specimen
 from ..problem.path import CircularArc, PathRequest, StraightLine
 
-#: Another stroke than that of the specimens, and how far numbers over it may be from the stored ones.
+#: Another stroke than that of the specimens, and how far numbers over it may be from the stored
+#: ones.
 STROKE, CLOSE = 250.0, 1e-3
 
 
 class CollectionContract:
     """Tests that every collection must pass.
 
-    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `collection`, for instance to
-    ``Registry([folder]).collection("mine")``.
+    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `collection`, for
+    instance to ``Registry([folder]).collection("mine")``.
 
     Attributes
     ----------

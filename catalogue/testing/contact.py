@@ -1,10 +1,11 @@
 """Contact of guided pairs with the finite motion, from nothing but the closed loop, in 100 digits.
 
-A guided pair is a dyad that the linkage does not have: its *gap*, how far the motion violates its constraint, vanishes
-to the order of contact.  The loop is closed by Newton's method on the gaps of the two dyads that the linkage has; the
-position is parametrised by its distance s along the tangent of the motion in (d, angle), which is regular wherever the
-linkage is not at a change point; there the branch that turns about the origin is taken, the pole of a canonical
-frame.  The Taylor coefficients of a gap then come from positions a hair apart: the first that does not vanish is that
+A guided pair is a dyad that the linkage does not have: its *gap*, how far the motion violates its
+constraint, vanishes to the order of contact.  The loop is closed by Newton's method on the gaps of
+the two dyads that the linkage has; the position is parametrised by its distance s along the tangent
+of the motion in (d, angle), which is regular wherever the linkage is not at a change point; there
+the branch that turns about the origin is taken, the pole of a canonical frame.  The Taylor
+coefficients of a gap then come from positions a hair apart: the first that does not vanish is that
 of s^(order + 1).  Slots (moving pivot at infinity) have the gap of the inverse motion.
 """
 
@@ -19,7 +20,8 @@ import numpy as np
 from ..kinematics.types import Array
 
 DIGITS = 100
-#: Positions on each side of the reference position, and their distance: high terms fall by 1e-8 each.
+#: Positions on each side of the reference position, and their distance: high terms fall by 1e-8
+#: each.
 SIDE, STEP = 5, mp.mpf(10) ** -8
 #: Where the terms of the Taylor series are weighed against each other, as a part of the linkage.
 NEAR = 0.3

@@ -16,15 +16,17 @@ def load(code: str, *folders: object) -> Series:
 class SeriesContract(MembershipContract, GuidesContract):
     """Tests that every series must pass.
 
-    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `series`, for instance to
-    ``load("my.x0", folder)``; 3. if it has special parameter points, at which orders rise or pairs vanish, add them to
-    `special`; 4. if a member lacks a guided element everywhere, say so in `absent`.
+    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `series`, for
+    instance to ``load("my.x0", folder)``; 3. if it has special parameter points, at which orders
+    rise or pairs vanish, add them to `special`; 4. if a member lacks a guided element everywhere,
+    say so in `absent`.
 
     Attributes
     ----------
     series : Series
     folders : sequence, optional
-        Plugin folders to load besides the built-in one; there the inverse series and the families are looked up.
+        Plugin folders to load besides the built-in one; there the inverse series and the families
+        are looked up.
     special : mapping, optional
         From the key of a member to parameter points that are tested besides the even sample.
     absent : collection of (key of member, label), optional

@@ -11,7 +11,8 @@ from .base import Contract, apart, holds, real, whole
 from .contact import EXACT_GAP, contact_order, largest_gap, taylor
 from .sample import Sample, even
 
-#: Pairs nearer than SAME are one pair; principal pairs nearer than DOUBLE have lost half their digits.
+#: Pairs nearer than SAME are one pair; principal pairs nearer than DOUBLE have lost half their
+#: digits.
 SAME, DOUBLE = 1e-6, 1e-3
 #: Linkages per label whose contact is measured.
 MEASURED = 4

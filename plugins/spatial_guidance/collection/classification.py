@@ -1,8 +1,9 @@
 """Where a mechanism belongs, and which of the well-known mechanisms it is.
 
-``planar``: three points of the body that are not on a line stay in planes normal to one direction (on circles about it,
-on lines and planes across it), so that the body moves in parallel to them.  ``spherical``: three such points keep
-their distance from one point, which may be one of the body that is on three surfaces.
+``planar``: three points of the body that are not on a line stay in planes normal to one direction
+(on circles about it, on lines and planes across it), so that the body moves in parallel to them.
+``spherical``: three such points keep their distance from one point, which may be one of the body
+that is on three surfaces.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from catalogue.spatial import matrix
 
 from .plain_data import strokes
 
-#: Directions are one if the sine of their angle is less, points if they are nearer [diameters of the body].
+#: Directions are one if the sine of their angle is less, points if they are nearer [diameters of
+#: the body].
 ONE = 1e-9
 #: Well-known mechanisms by their kinds of guides, sorted.
 NAMED: dict[tuple[str, ...], str] = {

@@ -1,9 +1,10 @@
 """Random mechanisms, assembled as they are made, and what their bodies guide.
 
-The body and its pose come first; each guide is then laid through its point.  Half of the mechanisms have guides of well
-known kinds, the others any; in some, points of the body coincide, so that the smaller series are drawn as degenerations
-of the larger ones.  The first driver is an angle; two and three drivers go along a straight path, in a ratio drawn at
-random, so that every specimen has one degree of freedom left.
+The body and its pose come first; each guide is then laid through its point.  Half of the mechanisms
+have guides of well known kinds, the others any; in some, points of the body coincide, so that the
+smaller series are drawn as degenerations of the larger ones.  The first driver is an angle; two and
+three drivers go along a straight path, in a ratio drawn at random, so that every specimen has one
+degree of freedom left.
 """
 
 from __future__ import annotations
@@ -51,11 +52,13 @@ COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
     "V": {"2.211": ()},
     "VI": {"3.111": ()},
 }
-#: How far the first driver may go either way [rad], and what part of a motion is left out before it ends.
+#: How far the first driver may go either way [rad], and what part of a motion is left out before it
+#: ends.
 FAR, MARGIN = 2.5, 0.04
 #: What is stored: at most this deviation over the stroke, condition, size over the stroke.
 DEVIATION, CONDITION, SIZE = 0.05, 1000.0, 30.0
-#: Deviation over the stroke below which a point is, or is about to become, one that a guide leads exactly.
+#: Deviation over the stroke below which a point is, or is about to become, one that a guide leads
+#: exactly.
 TRIVIAL = 1e-6
 
 

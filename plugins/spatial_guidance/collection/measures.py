@@ -1,7 +1,8 @@
 """What a guided body does over the stroke of one of its points, measured on its finite motion.
 
-The motion is followed from node to node at Chebyshev points of the drivers' path; what lies between the nodes comes
-from the interpolating polynomial at `FINE` points, so that the largest distance is read to about 1e-3 of itself.
+The motion is followed from node to node at Chebyshev points of the drivers' path; what lies between
+the nodes comes from the interpolating polynomial at `FINE` points, so that the largest distance is
+read to about 1e-3 of itself.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from catalogue.spatial import follow, matrix
 from .minimum_zone import Fit, circle, line, unit
 from .plain_data import Strokes, alike, plain, strokes
 
-#: Intervals between the nodes of a stroke; there are four times as many between the points that are looked at.
+#: Intervals between the nodes of a stroke; there are four times as many between the points that are
+#: looked at.
 NODES = 48
 #: Part of the deviation, and of the stroke, that the interpolant may miss.
 MISSED, ROUNDING = 1e-3, 1e-11

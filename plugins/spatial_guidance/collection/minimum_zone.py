@@ -1,13 +1,15 @@
 """The line and the circle in space that a path is nearest to, the largest distance being least.
 
-The deviation from a line is the radius of the narrowest round cylinder that holds the path, from a circle that of the
-narrowest torus about it: the largest distance of a point of the path from the line or the circle.
+The deviation from a line is the radius of the narrowest round cylinder that holds the path, from a
+circle that of the narrowest torus about it: the largest distance of a point of the path from the
+line or the circle.
 
-In the frame of a line or circle nearby a distance is, to first order, the modulus of two components, each less a
-combination of known functions: 1 and the abscissa for both components of the distance from a line; 1, cos and sin of
-the angle about the axis for the radial and the axial component of that from a circle.  The best combinations of both
-are found together by Lawson's iteration (weights grow with the distance), then the frame is renewed.  The weighted
-mean square is never above the least maximum (duality), so that how good the found one is, is known.
+In the frame of a line or circle nearby a distance is, to first order, the modulus of two
+components, each less a combination of known functions: 1 and the abscissa for both components of
+the distance from a line; 1, cos and sin of the angle about the axis for the radial and the axial
+component of that from a circle.  The best combinations of both are found together by Lawson's
+iteration (weights grow with the distance), then the frame is renewed.  The weighted mean square is
+never above the least maximum (duality), so that how good the found one is, is known.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps: in the
-#: last frame and in those before it.
+#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many
+#: steps: in the last frame and in those before it.
 TIGHT, LOOSE, STEPS = 1e-3, 0.01, 400
 #: Frames of a line and of a circle that are tried one after the other.
 LINE, CIRCLE = 3, 4
@@ -40,7 +42,8 @@ class Fit:
     radius : ndarray, shape (n,)
         Infinite for a line.
     start : ndarray, shape (n, 3)
-        Where the stroke begins: the foot of the first point on the line; that point itself for a circle.
+        Where the stroke begins: the foot of the first point on the line; that point itself for a
+        circle.
     axes : ndarray, shape (n, 3, 3)
         Rows: along the stroke; to the side to which an arc bulges; the third.
     centre, normal : ndarray, shape (n, 3)
@@ -118,7 +121,8 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
 def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
     """Return coefficients (n, 2, m) by which combinations of a basis (n, 2, m, k) come nearest to values (n, 2, k).
 
-    The largest modulus over k of the two errors becomes least, to a part `tight`; also a lower bound of it, shape (n,).
+    The largest modulus over k of the two errors becomes least, to a part `tight`; also a lower
+    bound of it, shape (n,).
     """
     n, _, k = values.shape
     weight, best = np.full((n, k), 1 / k), np.full(n, np.inf)

@@ -3,14 +3,13 @@
 ::
 
     {"body": [[x, y, z], ...],
-     "guides": [{"kind": "circle", "shape": {"R": 1.0}, "origin": [x, y, z], "quaternion": [s, x, y, z]}, ...],
-     "drivers": [[point, "u"], ...],
-     "path": [[value, ...], [value, ...]],
-     "start": [[u, w or null], ...],
-     "point": [x, y, z]}
+     "guides": [{"kind": "circle", "shape": {"R": 1.0}, "origin": [x, y, z], "quaternion": [s, x, y,
+     z]}, ...], "drivers": [[point, "u"], ...], "path": [[value, ...], [value, ...]], "start": [[u,
+     w or null], ...], "point": [x, y, z]}
 
-``point`` is the guided one, in the body like the others; ``path`` are the values of the drivers at both ends of the
-stroke, between which they go straight; ``start`` are the coordinates of all points on their guides at the first end.
+``point`` is the guided one, in the body like the others; ``path`` are the values of the drivers at
+both ends of the stroke, between which they go straight; ``start`` are the coordinates of all points
+on their guides at the first end.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """A specimen moved until its point is led better: Levenberg's and Marquardt's method on its finite motion.
 
-Points of the body move with the guides on which they are, so that the mechanism stays assembled and points that
-coincide stay together; besides the guided point and the end of the first driver's way.  A step counts only if the
-mechanism stays what it is called, nearly as small, and its drive nearly as long.
+Points of the body move with the guides on which they are, so that the mechanism stays assembled and
+points that coincide stay together; besides the guided point and the end of the first driver's way.
+A step counts only if the mechanism stays what it is called, nearly as small, and its drive nearly
+as long.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from .plain_data import alike, strokes
 Parameters = Mapping[str, Any]
 #: Steps at most; a step that takes away less than this part of the deviation is the last.
 STEPS, LITTLE = 8, 0.03
-#: Displacement for differences, and the farthest of a step, in diameters of the body; dampings tried at once.
+#: Displacement for differences, and the farthest of a step, in diameters of the body; dampings
+#: tried at once.
 STEP, FARTHEST, DAMPING = 1e-6, 0.3, 10.0 ** np.arange(-8, 1)
 #: What may become of the size, the condition, and the range of the drive, over what they were.
 SIZE, CONDITION, RANGE = 1.05, 2.0, 0.9

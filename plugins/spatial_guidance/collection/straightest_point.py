@@ -1,7 +1,7 @@
 """The point of a moving body that runs straightest, or most nearly on a circle, and over which part of the motion.
 
-A point's path is an affine function of the poses: all points of a grid in the body are tried over all windows of the
-motion at once, the best of each length of window is moved by a compass search.
+A point's path is an affine function of the poses: all points of a grid in the body are tried over
+all windows of the motion at once, the best of each length of window is moved by a compass search.
 """
 
 from __future__ import annotations
@@ -18,13 +18,15 @@ from .minimum_zone import through
 WHOLE, PART = 48, 12
 #: Length of windows in nodes, and the distance between their beginnings.
 WINDOWS = ((48, 48), (24, 6), (12, 6))
-#: Points of the grid along each axis, its width, and how far from the middle a point may be [diameters of the body].
+#: Points of the grid along each axis, its width, and how far from the middle a point may be
+#: [diameters of the body].
 SIDE, REACH, FAR = 5, 2.0, 2.0
 #: Steps of the compass search; a step that brings nothing is halved.
 COMPASS = 48
 #: Least stroke [diameters of the body], least and largest stroke over radius.
 LEAST, FLAT, FULL = 0.1, 0.25, 1.8
-#: How near to a point that a guide leads exactly a point may be [diameters of the body]: it would be a slide, a crank.
+#: How near to a point that a guide leads exactly a point may be [diameters of the body]: it would
+#: be a slide, a crank.
 CLEAR = 0.25
 
 Gap = Callable[[Array], Array]
@@ -78,7 +80,8 @@ def best(
     barred : ndarray, shape (n, p, 3)
         Points of the body that guides lead exactly; NaN for none.
     flat : ndarray, shape (n,)
-        Where the body moves in parallel to the plane z = 0: barred are then all points above and below.
+        Where the body moves in parallel to the plane z = 0: barred are then all points above and
+        below.
     """
     gap = GAPS[kind]
     ticks = np.linspace(-REACH / 2, REACH / 2, SIDE)
