@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
@@ -14,6 +13,7 @@ from ..find.columns import TABLE as MADE
 from ..problem.bounds import BOUNDS, Bound
 from ..problem.path import PathRequest
 from .find_options import OPTIONS
+from .options import is_given
 from .tables import codes, print_results, print_table, row
 from .units import with_unit
 
@@ -70,7 +70,7 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
             series=options["series"],
             where=where,
             special=options["special"],
-            refine=options["refine"] and _asked("refine"),
+            refine=options["refine"] and is_given("refine"),
         )
         print_results(
             found,
@@ -105,12 +105,6 @@ def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
         which = f"none of {', '.join(families)}" if families else f"no family of {collection.name}"
         raise InvalidRequest(f"{which} has pins only: leave out --pins-only")
     return found
-
-
-def _asked(name: str) -> bool:
-    """Tell whether the user gave an option, on the command line or in a file."""
-    given = click.get_current_context().get_parameter_source(name)
-    return given in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
 
 
 def _table(found: CollectionResults, request: PathRequest) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +14,15 @@ from ..progress import busy
 from .completion import references
 from .find import COLUMNS, request_from, to_keywords
 from .find_options import ANGLE, IMPROVE, PLACE, RADIUS, STROKE
-from .options import Argument, option, several, switch
+from .measure import print_chains
+from .options import Argument, is_given, option, several, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
 from .units import in_output_unit, length, with_unit
 
 if TYPE_CHECKING:
     from ..find.improve import Improvement
+    from ..find.improve_chain import ChainImprovement
 
 
 #: Columns of the table in order.
@@ -49,7 +52,11 @@ SPARE = ("family", "series", "links")
         ANGLE,
         *PLACE,
         length("--point", "X Y", "Guided point, in the position of the pivots.", nargs=2),
-        several("--hold", "WHAT", "Keep fixed-pivots, or a length by its name (crank1, frame, ...); may be repeated."),
+        several(
+            "--hold",
+            "WHAT",
+            "Keep fixed-pivots, a length (crank1, frame, ...), or a joint of many bars; may be repeated.",
+        ),
         switch("--in-place", "Keep the path where --from and --to put it."),
         length("--within", "L", "With --in-place: largest movement of held fixed pivots.", default=0.0),
         switch("--catalogue/--no-catalogue", "Also search the catalogue under the same constraints.", default=True),
@@ -71,15 +78,19 @@ def improve(
 ) -> None:
     """Optimise a given linkage from where it is, under the constraints of `find`.
 
-    --hold keeps what must stay.
+    --hold keeps what must stay. Of a mechanism of many bars the joints are moved to reduce the
+    deviation; --hold names joints, --max-size and --min-transmission are bounds.
 
     \b
     catalogue improve mine.json --stroke 120 --deviation 0.2 --hold fixed-pivots
+    catalogue improve leg.json --stroke 30 --hold fixed-pivots,B --max-size 120
     """
     from ..api import open
     from ..find.improve import improve as improved
+    from ..find.own_chain import OwnChain
 
-    every = in_output_unit(resolve(reference, point, options["db"], options["plugins"]))
+    every = in_output_unit(resolve(reference, point, options["db"], options["plugins"], chains=True))
+    tolerance = options["deviation"]
     if options["deviation"] is None:
         options["rank_by"] = options["rank_by"] or "deviation"
     request = request_from(
@@ -89,10 +100,30 @@ def improve(
     output, plot, db, plugins = (options.pop(name) for name in ("format", "plot", "db", "plugins"))
     names = [part for text in hold for part in text.split(",")]
     if len(every) != 1:
-        raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be improved at a time")
+        raise InvalidRequest(f"{reference} holds {len(every)} mechanisms: one can be improved at a time")
+    if isinstance(every[0], OwnChain):
+        _refuse({"--in-place": in_place, "--within": within, "--catalogue": catalogue and is_given("catalogue")})
+        with busy("improving"):
+            bars = every[0].improve(request, hold=names, **options)
+        print_results(bars, partial(_chain_table, tolerance=tolerance), output, plot=plot, save=save)
+        return
     with open(db, plugins=plugins) if catalogue else nullcontext() as opened, busy("improving"):
         found = improved(every[0], request, hold=names, in_place=in_place, within=within, catalogue=opened, **options)
     print_results(found, _table, output, plot=plot, save=save)
+
+
+def _refuse(options: dict[str, Any]) -> None:
+    """Refuse options of linkages of two dyads."""
+    if wrong := [name for name, value in options.items() if value]:
+        raise InvalidRequest(f"{wrong[0]} is for a linkage of two dyads, not for a mechanism of many bars")
+
+
+def _chain_table(found: ChainImprovement, tolerance: float | None) -> None:
+    print_chains(found, f"Over a stroke of {with_unit(f'{found[0].stroke:g}')}", which=found.which)
+    if found.improved is None:
+        print(found.explain())
+    elif tolerance is not None and found.improved.deviation > tolerance:
+        print(f"the deviation of {with_unit(f'{tolerance:g}')} is not reached: hold less, relax a bound, --effort")
 
 
 def _table(found: Improvement) -> None:

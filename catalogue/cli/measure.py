@@ -193,17 +193,21 @@ def _table(found: Measured, *, many: bool) -> None:
 
 
 def _chain_table(found: Measured, *, many: bool) -> None:
-    first = found[0]
-    asked = {"number": many, "radius": first.radius is not None}
-    names = [name for name in CHAIN_TABLE if asked.get(name, True)]
-    mark = "" if first.chain.structure.is_pushed else "\u00b0"
-    rows = [
-        row(one, names, code=code, drive=f"{one.drive_from:.4g}{mark} \u2192 {one.drive_to:.4g}{mark}")
-        for code, one in zip(codes(found), found, strict=True)
-    ]
-    title = f"Stretches along {'straight lines' if first.radius is None else 'arcs'}"
-    title += f", lengths in {unit()}" * bool(unit())
-    meanings = {**CHAIN, "code": MADE["code"], "drive": DRIVE}
-    print_table(title, names, rows, "`catalogue show CODE` gives all numbers", meanings=meanings, spare=("size",))
+    title = f"Stretches along {'straight lines' if found[0].radius is None else 'arcs'}"
+    print_chains(found, title + f", lengths in {unit()}" * bool(unit()), many=many)
     for number_, reason in (found.failed or {}).items():
         tell(f"{number_}: {reason}")
+
+
+def print_chains(found: Measured, title: str, *, many: bool = False, which: Sequence[str] = ()) -> None:
+    """Print stretches of mechanisms of many bars; `which`: a role of each."""
+    first = found[0]
+    asked = {"number": many, "radius": first.radius is not None}
+    names = ["which"] * bool(which) + [name for name in CHAIN_TABLE if asked.get(name, True)]
+    mark = "" if first.chain.structure.is_pushed else "\u00b0"
+    rows = [
+        row(one, names, code=code, which=role, drive=f"{one.drive_from:.4g}{mark} \u2192 {one.drive_to:.4g}{mark}")
+        for code, role, one in zip(codes(found), which or [""] * len(found), found, strict=True)
+    ]
+    meanings = {**CHAIN, "code": MADE["code"], "drive": DRIVE}
+    print_table(title, names, rows, "`catalogue show CODE` gives all numbers", meanings=meanings, spare=("size",))

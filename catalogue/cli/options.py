@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click.core import ParameterSource
 
 from ..problem.criteria import ANSWERS
 from ..units import decimal
@@ -117,3 +118,9 @@ ENGINE = option(
 )
 #: Options of commands that query a database.
 COMMON = (FORMAT, DB, SHARE, PLUGINS)
+
+
+def is_given(name: str) -> bool:
+    """Tell whether the user gave an option, on the command line or in a file."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)

@@ -110,9 +110,7 @@ def read_rows(file: str, content: str | None = None) -> list[Row]:
     """
     content = read_text(file) if content is None else content
     if chains_in(content, file):
-        raise InvalidRequest(
-            f"{file} is a mechanism of many bars: measure, trace, show, export, sheet take it, this does not yet"
-        )
+        raise InvalidRequest(f"{file} is a mechanism of many bars: here a linkage of two dyads is wanted")
     rows = rows_of(content, file)
     if not rows:
         raise InvalidRequest(f"{file} holds no linkage")

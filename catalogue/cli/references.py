@@ -66,10 +66,7 @@ def guides(
         if isinstance(one, OwnChain) and chains:
             continue
         if isinstance(one, OwnChain):
-            raise InvalidRequest(
-                f"{reference} is a mechanism of many bars: measure, trace, show, export, sheet take it, this command "
-                "does not yet"
-            )
+            raise InvalidRequest(f"{reference} is a mechanism of many bars: here a linkage of two dyads is wanted")
         if not hasattr(one, "pivots"):
             raise InvalidRequest(f"{reference} is no planar guide: it can be shown, not measured")
     return found

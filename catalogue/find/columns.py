@@ -48,7 +48,7 @@ TABLE: Mapping[str, Column] = dict(
             "",
             "fraction of 1000 simulated machines, pivots scattered by the allowance, within the tolerance",
         ),
-        _column("which", "", "the linkage before, improved, or the best of the catalogue", right=False),
+        _column("which", "", "the mechanism before, improved, or the best of the catalogue", right=False),
         _column(
             "transmission",
             "deg",

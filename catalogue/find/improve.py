@@ -26,6 +26,7 @@ from ..refine.sqp import Refinement
 from .candidate import Candidate
 from .find import Selection
 from .measure import measure
+from .own_chain import OwnChain
 from .own_guide import OwnGuide
 from .placed import PlacedGuide
 from .prescribed_pivots import distinct
@@ -162,7 +163,8 @@ def improve(
     True
     """
     if not isinstance(guide, PlacedGuide):
-        raise InvalidRequest(f"improve wants a guide, such as catalogue.guide makes, not {quoted(guide)}")
+        own = "; a mechanism of many bars has `improve` itself" if isinstance(guide, OwnChain) else ""
+        raise InvalidRequest(f"improve wants a guide, such as catalogue.guide makes, not {quoted(guide)}{own}")
     request, effort = path_request("improve", request), whole("effort", effort, 1)
     guide = guide.in_unit(request.unit)
     request = replace(request, unit=guide.unit)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..draw.chain import ChainPicture
+    from ..problem.path import PathRequest
+    from .improve_chain import ChainImprovement
     from .measure import Measured
 
 
@@ -334,15 +336,20 @@ class OwnChain:
 
         return code_of(text_of(record(self)))
 
-    def improve(self, *asked: Any, **how: Any) -> NoReturn:  # noqa: ARG002  # whatever it is
-        """Refuse, by name.
+    def improve(self, request: PathRequest, **how: Any) -> ChainImprovement:
+        """Reduce the deviation over a stroke by moving the joints.
 
         Parameters
         ----------
-        asked, how
-            Are not looked at.
+        request : StraightLine or CircularArc
+            Stroke, and the deviation to reach.
+        **how
+            Further arguments of `catalogue.find.improve_chain.improve_chain`: `hold`, `max_size`,
+            `min_transmission`, `effort`.
         """
-        self._refuse_verb("improve")
+        from .improve_chain import improve_chain
+
+        return improve_chain(self, request, **how)
 
     def export(self, file: str | Path | None = None, format: str | None = None, **options: Any) -> str | bytes:
         """Export the mechanism as drawing, parts, parameters, motion table or JSON.
@@ -404,11 +411,6 @@ class OwnChain:
 
         guide: Any = self
         return draw_curves(guide, file, unit=unit)
-
-    def _refuse_verb(self, verb: str) -> NoReturn:
-        raise InvalidRequest(
-            f"{verb} is not offered for a mechanism of many bars yet: measure, trace, show, export and sheet are"
-        )
 
 
 @dataclass(frozen=True)

@@ -94,14 +94,13 @@ def test_export_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_
 @pytest.mark.parametrize(
     ("command", "more"),
     [
-        ("improve", ["--stroke", "10", "--deviation", "1"]),
         ("classify", []),
     ],
 )
 def test_other_commands_refuse_it_by_name(run: Run, leg: Path, command: str, more: list[str]) -> None:
     done = run(command, leg, *more)
     assert done.code == 2
-    assert "is a mechanism of many bars: measure, trace, show, export, sheet take it" in done.line
+    assert "is a mechanism of many bars: here a linkage of two dyads is wanted" in done.line
 
 
 @pytest.mark.parametrize(
@@ -152,3 +151,39 @@ def test_sheet_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_p
     both = tmp_path / "legs.json"
     both.write_text(json.dumps([JANSEN, CHEBYSHEV]))
     assert "holds 2 mechanisms: a sheet shows one" in run("sheet", both, "--out", tmp_path / "b.pdf").line
+
+
+def test_improve_prints_before_and_after_and_saves_them(run: Run, leg: Path, tmp_path: Path) -> None:
+    hold = ("--hold", "fixed-pivots", "--hold", "B", "--unit", "mm")
+    done = run("improve", leg, "--stroke", 30, *hold, "--save", tmp_path / "both.json")
+    assert done.code == 0, done.err
+    assert done.out.count("before") == done.out.count("improved") == 1
+    rows = json.loads((tmp_path / "both.json").read_text())["answers"]
+    assert rows[1]["deviation"] < 0.5 * rows[0]["deviation"]
+    for joint in ("O", "D", "B"):
+        assert rows[1]["joints"][joint] == rows[0]["joints"][joint]
+    shown = json.loads(run("show", rows[1]["code"], "--format", "json").out)
+    assert shown["deviation"] == rows[1]["deviation"]
+    saved = json.loads(run("show", tmp_path / "both.json", "--format", "json").out)
+    assert [one["deviation"] for one in saved] == [row["deviation"] for row in rows]
+
+
+@pytest.mark.parametrize(
+    ("options", "wrong"),
+    [
+        (["--hold", "Q"], "there is no joint 'Q' to hold; there are O, D, B"),
+        (["--hold", "crank1"], "there is no joint 'crank1' to hold"),
+        (["--pins-only"], "pins_only is no bound on the improvement of a mechanism of many bars"),
+        (["--max-link", 50], "max_link is no bound on the improvement"),
+        (["--rank-by", "size"], "are improved in deviation only, not in 'size'"),
+        (["--in-place"], "--in-place is for a linkage of two dyads"),
+        (["--catalogue"], "--catalogue is for a linkage of two dyads"),
+        (["--along", 30], "stays where it is: give the stroke alone"),
+        (["--radius", 30, "--angle", 300], "arcs below a half circle"),
+    ],
+)
+def test_improve_refuses_what_it_does_not_honour(run: Run, leg: Path, options: list[Any], wrong: str) -> None:
+    stroke = [] if "--angle" in options else ["--stroke", 30]
+    done = run("improve", leg, *stroke, *options)
+    assert done.code == 2
+    assert wrong in done.line

@@ -200,12 +200,6 @@ def test_it_is_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "stretch.svg").read_bytes() == again
 
 
-@pytest.mark.parametrize("verb", ["improve"])
-def test_what_is_not_offered_is_refused_by_name(verb: str) -> None:
-    with pytest.raises(InvalidRequest, match=f"{verb} is not offered for a mechanism of many bars yet"):
-        getattr(mechanism(JANSEN), verb)()
-
-
 def test_what_cannot_be_asked_is_refused() -> None:
     mine = mechanism(JANSEN)
     assert "on no circuit does its point run forward over a stroke of 500" in mine.measure(stroke=500).explain()
