@@ -1,4 +1,4 @@
-"""A guide as a FreeCAD macro: a spreadsheet of its parameters, and its links as solids where they stand."""
+"""A guide as a FreeCAD macro: a spreadsheet of parameters, and links as solids in place."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class Link:
-    """One link, in coordinates of its own: x + iy, the origin in its first pivot and x to the second one.
+    """A link in its own coordinates: x + iy, from its first pivot, x towards the second one.
 
     Attributes
     ----------
@@ -240,7 +240,7 @@ def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, com
 def link_of(
     name: str, kind: str, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]] | None = None
 ) -> Link:
-    """Return a link of places in the position given: from its first hole to its second one, or along its slot."""
+    """Return a link of places in the given position: along its first two holes, or its slot."""
     ends = [end for slot in (slots or {}).values() for end in slot]
     origin, *others = [*holes.values(), *ends]
     alone = ends[1] - ends[0] if ends else 0j

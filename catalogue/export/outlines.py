@@ -116,7 +116,7 @@ class Sizes:
 
 
 def parts(links: Links, sizes: Sizes) -> list[Part]:
-    """Return what is cut of each link: the frame, a bar of each crank, the blocks, and the coupler's plate."""
+    """Return the parts to cut: the frame, a bar of each crank, the blocks, the coupler plate."""
     half, length = 0.5 * sizes.width, BLOCK * sizes.width
     found = []
     for link in links.links:
@@ -140,7 +140,7 @@ def rectangle(start: complex, end: complex, length: float, width: float) -> Outl
 
 
 def rounded_hull(places: list[complex], radius: float) -> Outline:
-    """Return all that is within a radius of the convex hull of places: of one a disc, of two a bar."""
+    """Return the convex hull of places grown by a radius: a disc of one, a bar of two."""
     hull = convex(places)
     if len(hull) == 1:
         return Outline([hull[0] - radius, hull[0] + radius], [1.0, 1.0])

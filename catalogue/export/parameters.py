@@ -57,7 +57,7 @@ class Parameter:
 
 
 def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
-    """List link lengths, pivot positions, slider directions in the given position, and part sizes."""
+    """List link lengths, pivots and slider directions in the given position, part sizes."""
     links = taken_apart(guide)
     found: list[Parameter] = []
 

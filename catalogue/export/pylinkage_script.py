@@ -178,7 +178,7 @@ def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
 
 
 def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
-    """Compute the largest step of the other dyad's joint over its distance from the other assembly."""
+    """Return the largest step of the other dyad's joint over the distance of assemblies."""
     other, z = 1 - crank, guide.linkage.points[0]
     pin, joint = moved.points[f"A{crank + 1}*"], moved.points[f"A{other + 1}*"]
     step = np.abs(np.diff(joint)) / np.abs(np.diff(moved.drive)) * np.abs(np.ptp(moved.drive)) / (STEPS - 1)

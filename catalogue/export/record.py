@@ -1,4 +1,4 @@
-"""A guide as JSON: all that is known of it, in a file that other commands read as a linkage of one's own."""
+"""A guide as JSON with all its data, for commands that read linkages."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
 def written_json(guide: PlacedGuide, options: Options) -> str:
-    """Return the guide as JSON: pivots, lengths, limits, measurements and provenance, to the last digit."""
+    """Return the guide as JSON: pivots, lengths, limits, measures, provenance, to all digits."""
     told: dict[str, Any] = getattr(guide, "to_dict", dict)()
     record = _of_bars(guide) if has_bars(guide) else _of_linkage(guide, options, told)
     return json.dumps(record, indent=1, allow_nan=False) + "\n"

@@ -1,4 +1,4 @@
-"""A guide as a STEP file: its links as solids where they stand, each by its name, and the path of the guided point."""
+"""A guide as a STEP file: links as named solids in place, and the guided path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a plugin may import: ``from catalogue.plugin import hookimpl, Series, ...``, and nothing else of the core.
+"""What a plugin may import of the core: ``from catalogue.plugin import hookimpl, Series``.
 
 For all: `hookimpl`, errors, array types, arithmetic of power series.  For series: `Series` and its
 parts, building blocks of synthesis, `Instant`.  For collections: `Collection` and its parts, the

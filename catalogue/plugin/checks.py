@@ -1,4 +1,4 @@
-"""What the core takes from a plugin: names that can be printed, typed and stored, data of declared types."""
+"""Checks of plugins: names that can be printed, typed and stored, data of declared types."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..series.series import Member, Parameter, Series
 
 
 def checked(item: Any) -> str:
-    """Return the name of a family, series or collection, whose data are checked, or raise `PluginError`."""
+    """Check a family, series or collection, and return its name, or raise `PluginError`."""
     if isinstance(item, Series):
         return _series(item)
     if isinstance(item, Collection):

@@ -1,4 +1,4 @@
-"""Load plugins: built-in ones, those of a user's folders, those of installed packages, all through one door.
+"""Load plugins: built-in ones, those of a user's folders, those of installed packages.
 
 A plugin that fails to load, breaks the contract or raises in a hook becomes a `Record` with the
 reason and is left out; the others go on.  Two plugins that claim one series or family are an error,
@@ -151,7 +151,7 @@ class Registry:
             self._leave_out(record, str(error))
 
     def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
-        """Collect ``families``, ``series`` or ``collections`` of the plugins, each plugin entirely or not at all."""
+        """Collect ``families``, ``series`` or ``collections``, each plugin as a whole or not."""
         for record, module in self._loaded:
             if record.error:
                 continue

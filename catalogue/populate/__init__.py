@@ -1,4 +1,4 @@
-"""Filling the database: draw linkages of each series, trace what they guide, keep what is in proportion.
+"""Filling of the database: draw linkages, trace what they guide, keep those in proportion.
 
 `fill` drives, `plan` shares out, `workers` runs blocks in processes; of a block, `elements` chooses
 what is worth tracing, `cover` what is kept, `rows` measures; `named_guides` adds those of the

@@ -1,4 +1,4 @@
-"""One block of a build, from drawing to the columns that are stored.  Pure: same arguments, same columns."""
+"""A block of a build, from drawing to stored columns, which its arguments determine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Fill a database with the specimens of a collection: family by family, block by block, a transaction per block.
+"""Fill a database with the specimens of a collection, a transaction per block.
 
 Several processes may do so at once: a block that another one has stored meanwhile is not stored
 again.

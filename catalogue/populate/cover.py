@@ -131,7 +131,7 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
 
 
 def _soundness(linkage: Linkage, size: Floats) -> Floats:
-    """Return how sound linkages are at the design position, from `LEAST_WEIGHT` to 1, shape (n,)."""
+    """Return how sound linkages are at their design positions, `LEAST_WEIGHT` to 1, (n,)."""
     z = linkage.points
     with np.errstate(all="ignore"):
         links = np.stack(

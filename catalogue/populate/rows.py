@@ -1,4 +1,4 @@
-"""The columns of mechanisms, of what they guide, and of how far: the same for a block and for a design."""
+"""The columns of mechanisms, guides and reaches, of blocks and of named designs."""
 
 from __future__ import annotations
 
@@ -163,7 +163,7 @@ def _of_one_nominal(
 
 
 def _inflections(points: Columns) -> Array:
-    """Return how many inflections the paths of points on lines have: as many as are merged if nothing else is told."""
+    """Count the inflections of paths along lines; as many as are merged by default."""
     return np.asarray(points.get("inflections", points["contact_order"] - 1))
 
 

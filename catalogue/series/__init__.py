@@ -1,4 +1,4 @@
-"""Series: classes of linkages whose cubics degenerate in one way, and which of them a linkage belongs to.
+"""Series: classes of linkages whose cubics degenerate in one way; classification.
 
 `series` is the author's guide and the types of a plugin, with `pairs` and `posed` as building
 blocks; `sampling` draws linkages of a series; `classification` finds the memberships of linkages;

@@ -154,7 +154,7 @@ class Classification(Sequence[Memberships]):
         return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return one row per linkage: family, configuration, nearest series, its residual and margin, all that hold."""
+        """Return a row per linkage: tags, nearest series, residual, margin, all that hold."""
         import pandas as pd
 
         codes = np.array([one.code for one in self.tested] + [None], dtype=object)

@@ -23,7 +23,7 @@ Pivots = tuple[tuple[tuple[float, float, float], ...], ...]
 
 @dataclass(frozen=True)
 class NamedGuide:
-    """A named guide as the literature has it, in its usual position: the guided point in the middle of its stroke.
+    """A named guide of the literature in its usual position, in mid-stroke.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class NamedGuide:
 
     @property
     def deviation(self) -> float:
-        """Half the width of the narrowest strip (annulus) that holds the path over the usual stroke."""
+        """Half the width of the narrowest strip (annulus) of the path over the usual stroke."""
         return float(self.traced.fit.deviation[0])
 
     @property

@@ -1,4 +1,4 @@
-"""Building blocks of synthesis: pairs in the canonical frame, pole at the origin, rho0 = 1, inflection pole (0, 1).
+"""Pairs in the canonical frame: pole at the origin, rho0 = 1, inflection pole (0, 1).
 
 A pair is a fixed and a moving point, homogeneous, shape (n, 2, 3).  Arguments are arrays of shape
 (n,). Source: Allievi 1895, secs. 3, 11-18.
@@ -34,18 +34,21 @@ def half_turn(points: Array) -> Array:
 
 
 def circle_pair(kappa: Array, phi: Array) -> Array:
-    """Return the pair on the circles r = sin(phi)/kappa, r* = sin(phi)/(kappa + 1): eq. (12), s = 0."""
+    """Return the pair on r = sin(phi)/kappa, r* = sin(phi)/(kappa + 1): eq. (12), s = 0."""
     x, y = np.sin(phi) * np.cos(phi), np.sin(phi) ** 2
     return pair(point(x / kappa, y / kappa), point(x / (kappa + 1), y / (kappa + 1)))
 
 
 def normal_pair(q: Array) -> Array:
-    """Pair on the pole normal, A = (0, 1/q), A* = (0, 1/(q + 1)): a slider for q = 0, a slide for q = -1."""
+    """Return the pair of A = (0, 1/q) on the pole normal.
+
+    A* = (0, 1/(q + 1)).  A slider for q = 0, a slide for q = -1.
+    """
     return pair(point(0, 1, q), point(0, 1, q + 1))
 
 
 def tangent_pair(a1: Array) -> Array:
-    """Pair on the pole tangent with its moving pivot at the pole, A = (1/a1, 0): a slider for a1 = 0."""
+    """Return the pair on the pole tangent, A = (1/a1, 0), A* the pole; a slider for a1 = 0."""
     return pair(point(1, 0, a1), point(0 * a1, 0))
 
 
@@ -60,13 +63,16 @@ def slide_pair(x: Array, y: Array) -> Array:
 
 
 def ray_pair(kappa: Array, s: Array, t: Array) -> Array:
-    """Pair of the cubics on the ray with tangent t: 1/r = kappa/sin + s/cos, 1/r* = (kappa + 1)/sin + s/cos (12)."""
+    """Return the pair of the cubics on the ray with tangent t (12).
+
+    1/r = kappa/sin + s/cos, 1/r* = (kappa + 1)/sin + s/cos.
+    """
     w, far = kappa + s * t, 1 + t * t
     return pair(point(t, t * t, w * far), point(t, t * t, (w + 1) * far))
 
 
 def tangent_circle_pair(s: Array, t: Array) -> Array:
-    """Return the pair of cubics of kappa = 0 at the tangent t, A on r = cos/s (44)."""
+    """Return the pair for kappa = 0 at the tangent t, A on r = cos/s: eq. (44)."""
     w, far = s * t, 1 + t * t
     return pair(point(1, t, s * far), point(t, t * t, (w + 1) * far))
 

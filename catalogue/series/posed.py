@@ -29,7 +29,7 @@ MIRRORED = 1e-9
 
 @dataclass(frozen=True)
 class Posed:
-    """n problems of one kind: guide a coupler point, in one position, along a line or circle.  Nobody writes to them.
+    """n problems: guide a coupler point, in one position, along a line or circle; read only.
 
     Attributes
     ----------

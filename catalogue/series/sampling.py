@@ -64,7 +64,7 @@ def draw_at(member: Member, shares: Floats) -> Drawn:
 
 
 def in_proportion(linkage: Linkage) -> Mask:
-    """Return which linkages could be built: no pivot far away, no link tiny, no two links too unequal, shape (n,)."""
+    """Return which linkages are in proportion: no far pivot, tiny or too unequal link, (n,)."""
     z, finite = linkage.points, linkage.finite
     far = np.where(finite, np.abs(z), 0).max(axis=(1, 2))
     i, j = np.array([(0, 1), (2, 3), (1, 3), (0, 2)]).T  # cranks, coupler, frame

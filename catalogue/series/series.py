@@ -1,12 +1,12 @@
-"""What a series is: data and three formulas.  Sampling, tracing, storing, ranking and drawing belong to the core.
+"""A series: data and three formulas; the core samples, traces, stores, ranks and draws.
 
 How to write a plugin that adds a series:
 
-1. Write `pivots(p)`: from a mapping of parameter arrays (n,) to homogeneous pivots (n, 2, 2, 3) in the canonical frame
-   (pole at the origin, inflection pole at (0, 1), so rho0 = 1; parallel cranks: see theory of
-   series IV).
-2. Write `classify(instant)`: residual (n,), zero exactly on the series, dimensionless, NaN where the family is none of
-   the series'; margin (n,), zero where the series meets another one.
+1. Write `pivots(p)`: from a mapping of parameter arrays (n,) to homogeneous pivots (n, 2, 2, 3) in
+   the canonical frame (pole at the origin, inflection pole at (0, 1), so rho0 = 1; parallel
+   cranks: see theory of series IV).
+2. Write `classify(instant)`: residual (n,), zero exactly on the series, dimensionless, NaN for
+   other families than those of the series; margin (n,), zero where it meets another series.
 3. Write `guided(p)`: the guided elements in the same frame, with their order of contact.
 4. Put them in a `Series` and return it from the hook ``catalogue_series``.  The inverse series is
    ``series.inversion(code, title)``: nothing else has to be written for it.

@@ -1,4 +1,4 @@
-"""The database of mechanisms: its tables, how it is opened and upgraded, filled in bulk and read by columns.
+"""The database of mechanisms: tables, upgrades, bulk filling, reading by columns.
 
 `models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk`
 what writes, `schema` what a file says of itself, `extract` a small file of some guides.  Import

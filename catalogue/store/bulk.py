@@ -1,4 +1,4 @@
-"""Filling a database: `prepare`, `drop_indexes`, a `write_batch` per batch, `make_indexes`, `finish`.
+"""Filling of a database: `prepare`, `drop_indexes`, `write_batch`, `make_indexes`, `finish`.
 
 To load and then index is four times as fast as to load into indexed tables.  A kill at any moment
 loses the open batch at most.
@@ -148,7 +148,7 @@ def _indexes() -> list[Index]:
 
 
 def _local(places: Any, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Return row numbers within the batch, checked: a wrong one might meet a row of an older batch."""
+    """Check row numbers within the batch: a wrong one might meet a row of an older batch."""
     rows = np.asarray(places, dtype=np.int64)
     if rows.size and (rows.min() < 0 or rows.max() >= count):
         raise ValueError(f"a row refers to one outside its batch, of {count} rows")
@@ -174,7 +174,7 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
 
 
 def _values(column: Any, count: int) -> Sequence[Any]:
-    """Return a column as Python's own numbers and texts: SQLite would take NumPy's integers for blobs."""
+    """Convert to Python's numbers and texts: SQLite takes NumPy's integers for blobs."""
     if isinstance(column, np.generic | np.ndarray):
         column = column.tolist()  # of one value that value
     return column if isinstance(column, Sequence) and not isinstance(column, str | bytes) else [column] * count

@@ -385,5 +385,5 @@ class Database:
 
 
 def stacked_pivots(rows: Mapping[str, Array]) -> Floats:
-    """Return the pivots in columns that were read, shape (n, 2, 2, 3): dyad, (fixed, moving), (x, y, w)."""
+    """Stack columns of pivots, shape (n, 2, 2, 3): dyad, (fixed, moving), (x, y, w)."""
     return np.stack([rows[name] for name in PIVOT_NAMES], axis=-1).reshape(-1, 2, 2, 3)

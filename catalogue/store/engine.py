@@ -58,7 +58,7 @@ IMPOSSIBLE = "impossible: "
 
 @contextmanager
 def database_errors(path: Path) -> Iterator[None]:
-    """Turn what the disk, the permissions or another process do to `path` into a one-line `DatabaseError`.
+    """Convert errors of the disk, of permissions or of locks to a one-line `DatabaseError`.
 
     A broken constraint is a fault of the program, not of the file, and passes unchanged; a
     statement that fails is not, as all are tried on sound files.
@@ -155,7 +155,7 @@ CATALOGUE = Layout(
 
 
 def revisions(layout: Layout = CATALOGUE) -> list[str]:
-    """Return the known revisions in order: a migration's file name starts with its number, which is its revision."""
+    """Return the known revisions in order, with which file names of migrations begin."""
     return sorted(file.stem.split("_")[0] for file in (folder("migrations") / layout.versions).glob("[0-9]*.py"))
 
 

@@ -37,7 +37,7 @@ Key = Annotated[int, mapped_column(primary_key=True)]
 
 
 class Base(DeclarativeBase):
-    """Base of the tables: SQLite's own types, and a name for every constraint, so that an error names its rule."""
+    """Base of the tables: SQLite's types, and a name for every constraint, for its errors."""
 
     type_annotation_map: ClassVar[dict[type, Any]] = {float: REAL, str: TEXT, int: INTEGER}
     metadata = MetaData(
@@ -51,7 +51,7 @@ class Base(DeclarativeBase):
 
 
 class Batch(Base):
-    """One block of a sampling plan: where its mechanisms come from, and the unit in which a build resumes.
+    """A block of a sampling plan: origin of its mechanisms, the unit in which a build resumes.
 
     A block holds fewer guides than `wanted` if it has no more that are worth keeping.
     """

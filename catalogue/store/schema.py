@@ -1,4 +1,4 @@
-"""What a file says of itself: views to read it by with SQL alone, and the meaning of every table and column.
+"""Views for readers by SQL alone, and the meaning of every table and column.
 
 The views ``guides`` (a guide with its mechanism in one row) and ``pivots`` (a pivot in one row) and
 the table ``description`` say nothing of their own: they are made anew, from the selects below and
