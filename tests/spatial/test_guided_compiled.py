@@ -23,6 +23,7 @@ from tests.spatial import test_follow
 from tests.spatial.test_follow import path_of
 
 Make = Callable[..., tuple[Any, Any]]
+MEASURED = ("quaternion", "translation", "points", "coordinates", "residual", "condition", "success")
 pytestmark = pytest.mark.skipif(compiled.kernel() is None, reason="numba, of the extra `fast`, is not installed")
 
 
@@ -91,10 +92,12 @@ def test_positions_are_measured_the_same(
     q = tools.driven(m, start)
     at, fast = spatial.solve_positions(m, q, start), compiled.fast(m)
     assert fast
-    found = compiled.measured(fast, q[:, None], at.state.numbers.T[:, None].copy(), at.success.astype(int))
+    found = [np.zeros_like(getattr(at, name), order="C") for name in MEASURED]
+    compiled.measured(fast, q[:, None], at.state.numbers.T[:, None].copy(), at.success.astype(int), found)
+    by_name = dict(zip(MEASURED, found, strict=True))
     assert at.success.sum() > 30
-    np.testing.assert_allclose(found.condition[at.success], at.condition[at.success], rtol=1e-6)
-    np.testing.assert_allclose(found.points[at.success], at.points[at.success], atol=1e-12)
+    np.testing.assert_allclose(by_name["condition"][at.success], at.condition[at.success], rtol=1e-6)
+    np.testing.assert_allclose(by_name["points"][at.success], at.points[at.success], atol=1e-12)
 
 
 @pytest.mark.parametrize("name", ["I", "II", "III", "IV", "V", "VI"])

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -120,12 +121,8 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
     return states, ways.reached, REASONS[ways.why], ways.end, ways.steps
 
 
-def measured(fast: Fast, nodes: Array, states: Array, reached: Array) -> Any:
-    """Return what is measured at the nodes reached, NaN elsewhere; `good` is where nothing is to be said of it."""
-    k, (n, s, _), p = fast.kernel, nodes.shape, fast.bodies.arms.shape[1]
-    shapes = ((n * s, *shape) for shape in ((4,), (3,), (p, 3), (p, 2), (), ()))
-    out = k.Measured(*(np.full(shape, np.nan) for shape in shapes), np.zeros(n * s, bool))
-    path = plain(nodes / fast.units.T[:, None])
-    tests = CLOSED, LOST, AT_APEX
-    call(k.measured, fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests, out, fast.work)
-    return out
+def measured(fast: Fast, nodes: Array, states: Array, reached: Array, found: Sequence[Array]) -> None:
+    """Fill in what is found at the nodes reached, as `kernel.Measured`; `good` is where nothing is to be said of it."""
+    path, tests = plain(nodes / fast.units.T[:, None]), (CLOSED, LOST, AT_APEX)
+    given = fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests
+    call(fast.kernel.measured, *given, fast.kernel.Measured(*found), fast.work)

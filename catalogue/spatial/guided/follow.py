@@ -29,8 +29,6 @@ BLOCK = 1024
 MEASURED = 4096
 #: Newton's steps that close a mechanism which the steps along its motion left open.
 CLOSING = 3
-#: What stands for a position that was not reached, by the kind of number.
-BLANK = {"f": np.nan, "b": False, "i": 0, "U": BEYOND}
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,20 +94,17 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
         reason = np.where(first.success, reason, first.reason)
     else:
         reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
-        m = 4 + first.state.free.shape[0]
-        states = np.full((nodes.shape[1], m, n), np.nan)
+        states = np.full((*nodes.shape[:2], 4 + len(first.state.free)), np.nan)
         begun = np.flatnonzero(first.success)
         for low in range(0, len(begun), BLOCK):
             index = begun[low : low + BLOCK]
             led = _led(mechanisms[index], nodes[index], first.state[index])
-            states[..., index], reached[index], reason[index], end[index], steps[index] = led
+            states[index], reached[index], reason[index], end[index], steps[index] = led
     whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
     every = np.arange(n)
     after = np.minimum(whole + 1, nodes.shape[1] - 1)
     end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
-    taken = _compiled(mechanisms, fast, nodes, states, reached) if fast else None
-    measured = taken or _measured(mechanisms, nodes, states, reached)
-    return Motion(measured, reached, reason, end, end_drivers, steps)
+    return Motion(_measured(mechanisms, fast, nodes, states, reached), reached, reason, end, end_drivers, steps)
 
 
 def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...]:
@@ -119,19 +114,19 @@ def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...
     is in doubt, by way of all that are; then from node to node.
     """
     n, s = nodes.shape[:2]
-    states, reached, steps = np.full((s, len(state.numbers), n), np.nan), np.ones(n, int), np.zeros(n, int)
-    states[0] = state.numbers
+    states, reached, steps = np.full((n, s, len(state.numbers)), np.nan), np.ones(n, int), np.zeros(n, int)
+    states[:, 0] = state.numbers.T
     reason, end, stop, here = np.full(n, OK, dtype="U90"), np.zeros(n), corners(nodes), np.arange(s)
     some = np.arange(n)
     for marked in (True, True, False):
         begun = reached[some, None] - 1
         stop[some] = (here == begun) | ((here > begun) & (stop[some] | (not marked)))
-        last = states[begun[:, 0], :, some].T
+        last = states[some, begun[:, 0]].T
         walk = Walk(mechanisms[some], nodes[some], State(last[:4], last[4:]), stop[some], marked)
         walk.run()
         new, good = fill(walk)
         j, i = np.nonzero(good.T)
-        states[j, :, some[i]] = new[j, :, i]
+        states[some[i], j] = new[j, :, i]
         good |= here <= begun
         stop[some] |= ~good
         reached[some], steps[some] = np.where(good.all(1), s, good.argmin(1)), steps[some] + walk.steps
@@ -152,44 +147,31 @@ def _ends(walk: Walk, reached: Array) -> tuple[Array, Array]:
     return reached - 1 + np.where(ended, part, 0.0), (reached > last) | (ended & (other > walk.end)) | (not walk.marked)
 
 
-def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Array) -> Positions:
-    """Return the positions in the states (s, 4 + f, n) that were stored, a mechanism's together."""
-    n, s = len(mechanisms), nodes.shape[1]
-    system = System.of(mechanisms)
-    every = np.flatnonzero((np.arange(s) < reached[:, None]).ravel())
-    out: dict[str, Array] = {}
-    for low in range(0, max(len(every), 1), MEASURED):
-        index = every[low : low + MEASURED]
-        i, j = np.divmod(index, s)
-        flat = states[j, :, i].T
-        at = _reported(mechanisms[i], system.take(i), State(flat[:4], flat[4:]), nodes[i, j])
-        states[j, :, i] = at.state.numbers.T
-        for name, value in vars(at).items():
-            if name != "state":
-                if name not in out:
-                    out[name] = np.full((n * s, *value.shape[1:]), BLANK.get(value.dtype.kind), value.dtype)
-                out[name][index] = value
-    out["drivers"] = nodes.reshape(n * s, -1).copy()
-    flat = np.moveaxis(states, (0, 1, 2), (2, 0, 1)).reshape(-1, n * s)
-    return Positions(**out, state=State(flat[:4], flat[4:]))
+def _measured(
+    mechanisms: Mechanisms, fast: compiled.Fast | None, nodes: Array, states: Array, reached: Array
+) -> Positions:
+    """Return the positions in the states (n, s, 4 + f) that were stored, a mechanism's together.
 
-
-def _compiled(mechanisms: Mechanisms, fast: compiled.Fast, nodes: Array, states: Array, reached: Array) -> Positions:
-    """Return the same of states (n, s, 4 + f) by the kernel, and by numpy where there is something to say of one."""
-    n, s = nodes.shape[:2]
-    out = compiled.measured(fast, nodes, states, reached)
-    flat, there = states.reshape(n * s, -1).T, (np.arange(s) < reached[:, None]).ravel()
-    reason = np.zeros(n * s, "U90")  # empty, and no memory is touched
+    They are measured by the kernel, and by numpy where there is none, or something to say of one.
+    """
+    s, many = nodes.shape[1], nodes[..., 0].size
+    there, good, reason = (np.arange(s) < reached[:, None]).ravel(), np.zeros(many, bool), np.zeros(many, "U90")
     reason[~there] = BEYOND
+    body, p = mechanisms.body.shape[1:], len(mechanisms.curves)
+    blank = [np.full((many, *shape), np.nan) for shape in ((4,), (3,), body, (p, 2), (), ())]
+    if fast:
+        compiled.measured(fast, nodes, states, reached, [*blank, good])
+    flat, (quaternion, shift, points, coordinates, residual, condition) = states.reshape(many, -1).T, blank
     found = Positions(
-        nodes.reshape(n * s, -1).copy(), out.quaternion, out.translation, out.points, out.coordinates, out.good,
-        out.residual, out.condition, reason, there.astype(int), State(flat[:4], flat[4:]),
+        nodes.reshape(many, -1).copy(), quaternion, shift, points, coordinates, good, residual, condition, reason,
+        there.astype(int), State(flat[:4], flat[4:]),
     )  # fmt: skip
-    index = np.flatnonzero(there & ~out.good)
-    if len(index):
+    left = np.flatnonzero(there & ~good)
+    for low in range(0, len(left), MEASURED):
+        index = left[low : low + MEASURED]
         i, j = np.divmod(index, s)
-        at = _reported(mechanisms[i], System.of(mechanisms).take(i), found.state[index], nodes[i, j])
-        found.put(index, at)
+        some, system = mechanisms[i], System.of(mechanisms).take(i)
+        found.put(index, _reported(some, system, found.state[index], nodes[i, j]))
     return found
 
 
