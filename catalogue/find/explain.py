@@ -321,7 +321,7 @@ class Explanation:
             value = getattr(works, BOUNDS[name].measure)
         else:
             return None
-        return rounded(float(value[0]), room, up=not name.startswith("min"))
+        return rounded(float(value[0]), room, up=name not in BOUNDS or BOUNDS[name].upper)
 
     def _relaxation(self, name: str, value: Any) -> Relaxation:
         """Format a bound as an option, with the requested one."""
