@@ -205,7 +205,8 @@ class Catalogue:
     ) -> CollectionResults:
         """Search a collection of a plugin; rank and verify its mechanisms on their finite motion.
 
-        The specimens of the collection are sampled on first use, or after an update of its plugin.
+        The specimens of the collection are sampled on first use, or after an update of its plugin;
+        an empty database is filled first where mechanisms are made of the four-bars found in it.
 
         Parameters
         ----------
@@ -245,6 +246,10 @@ class Catalogue:
         collection = self.registry.collection(name)
 
         def drawn() -> None:
+            if collection.starts is not None and not self.database.has_guides:
+                from .populate.first_use import build_once
+
+                build_once(self, quiet=quiet)
             if not is_current(self.database, collection, self.registry.provider(name).version):
                 from .progress import shown
 

@@ -165,5 +165,6 @@ IMPROVE = tuple(
         "format",
         "db",
         "plugins",
+        "share",
     }
 )

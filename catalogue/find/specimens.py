@@ -95,9 +95,7 @@ def find_in(
         if unknown := [name for name in allowed[what] if name not in held]:
             raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held) or 'none'}")
     drawn()
-    search = _Search(
-        database, collection, request, given, _tests(collection, request, given, allowed), allowed["special"]
-    )
+    search = _Search(database, collection, request, given, _tests(collection, request, given, allowed), allowed)
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
 
@@ -289,15 +287,22 @@ class _Search:
     request: PathRequest
     bounds: list[Bound]
     tests: dict[str, ColumnElement[bool]]  #: conditions on stored specimens by name
-    special: Sequence[str] = ()  #: permitted special cases; any if empty
+    #: permitted families, series and special cases; any if empty
+    allowed: Mapping[str, Sequence[str]] = field(default_factory=dict)
     not_special: int = 0  #: number of specimens that are none of these
     verified: int = 0
     shown: int = 0
     from_guides: int = 0  #: number of those verified that were made of planar guides
     moved: int = 0  #: number of refined answers
     removed: Counter[str] = field(default_factory=Counter)  #: number of measured specimens that failed each test
-    nearest: dict[str, float] = field(default_factory=dict)  #: best value among these, by test
+    #: excess and value of the nearest of these, by test
+    nearest: dict[str, tuple[float, float]] = field(default_factory=dict)
     seconds: float = 0.0
+
+    @property
+    def special(self) -> Sequence[str]:
+        """Permitted special cases; any if empty."""
+        return self.allowed.get("special", ())
 
     @property
     def held(self) -> ColumnElement[bool]:
@@ -340,14 +345,19 @@ class _Search:
             min_transmission=max(transmission, 0.0),
             **bounds,
         )
-        pivots = np.array([one.pivots for one in guides]).reshape(-1, 2, 2, 3)
+        if not len(guides):
+            return
+        pivots = np.array([one.pivots for one in guides])
         point = np.array([complex(*one.guided) for one in guides], complex)
         with asked(self.collection, "made of four-bars"):
             stored = list(self.collection.starts(pivots, point, self.request))
+        self.from_guides += len(stored)
         for one in self.measured(stored):
-            self.from_guides += 1
             if self.serves(one):
-                yield self.candidate(0, one)
+                made = self.candidate(0, one)
+                tags = {"family": made.family, "series": made.series}
+                if all(not self.allowed[name] or tag in self.allowed[name] for name, tag in tags.items()):
+                    yield made
 
     def is_special(self, parameters: Any) -> bool:
         """Tell whether a specimen is one of the requested special cases; count the others."""
@@ -373,7 +383,7 @@ class _Search:
                 raise PluginError(f"{len(moved)} of {len(found)} mechanisms were refined")
         verified, out = self.verified, list[CollectionCandidate | None]()
         for c, m in zip(found, self.measured(moved), strict=True):
-            good = self._failed(m)[0] is None and m.deviation < c.deviation
+            good = not self._failed(m) and m.deviation < c.deviation
             new = self.candidate(c.id, m) if good else None
             same = new is not None and (new.family, new.series) == (c.family, c.series)
             out.append(new if new is not None and same and set(c.special) <= set(new.special) else None)
@@ -385,26 +395,32 @@ class _Search:
 
         Count the others by the first failed test.
         """
-        failed, near = self._failed(one)
-        if failed is None:
+        failed = self._failed(one)
+        if not failed:
             return True
-        self.removed[failed] += 1
-        if near is not None:
-            self.nearest[failed] = min(near, self.nearest.get(failed, near))
+        test, excess, value = failed[0]
+        self.removed[test] += 1
+        if len(failed) == 1 and math.isfinite(value):  # to relax this one test suffices
+            self.nearest[test] = min((excess, value), self.nearest.get(test, (excess, value)))
         return False
 
-    def _failed(self, one: Measured) -> tuple[str | None, float | None]:
-        """Return the first test that a measured specimen fails, and its value there."""
-        failed, near = None, None
+    def _failed(self, one: Measured) -> list[tuple[str, float, float]]:
+        """List the tests that a measured specimen fails, with the excess and its value; NaN without."""
         if one.reason:
-            failed = one.reason
-        elif not self.on_radius(one.radius):
-            failed, near = f"radius {self.request.radius:g}", one.radius
-        elif not one.deviation <= self.request.deviation:
-            failed, near = f"deviation {self.request.deviation:g}", one.deviation
-        else:
-            failed = next((str(b) for b in self.bounds if not b.holds(one.metrics[b.name])), None)
-        return failed, near
+            return [(one.reason, 0.0, math.nan)]
+        failed = list[tuple[str, float, float]]()
+        if not self.on_radius(one.radius):
+            value = math.nan if one.radius is None else one.radius
+            failed.append((f"radius {self.request.radius:g}", abs(value - (self.request.radius or 0.0)), value))
+        if not one.deviation <= self.request.deviation:
+            failed.append(
+                (f"deviation {self.request.deviation:g}", one.deviation - self.request.deviation, one.deviation)
+            )
+        for bound in self.bounds:
+            value = one.metrics[bound.name]
+            if not bound.holds(value):
+                failed.append((str(bound), max(bound.low - value, value - bound.high), value))
+        return failed
 
     def on_radius(self, radius: float | None) -> bool:
         """Tell whether a deviation was measured from an arc of the requested radius, if any."""
@@ -432,12 +448,22 @@ class _Search:
         lines = [f"{self.collection.name}: {number['all']} specimens guide a point along a {self.request.kind}"]
         lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
         lines += [f"  {self.not_special} that might be are not {' or '.join(self.special)}"] if self.not_special else []
-        lines.append(f"  {self.verified} of the rest were followed on their finite motion; {self.shown} are shown")
+        told = f", {self.from_guides} more made of four-bars that answer the request" if self.from_guides else ""
+        followed = self.verified - self.from_guides
+        lines.append(f"  {followed} of the rest were followed on their finite motion{told}; {self.shown} are shown")
         lines += [f"  {self.moved} of these were refined"] if self.moved else []
         lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]
         if not self.shown:
             lines.append("no piece found: " + self._advice(number["all"], useful))
         return "\n".join([*lines, f"in {1000 * self.seconds:.0f} ms"])
+
+    def _relaxed(self, test: str) -> float:
+        """Return the value of the nearest at a test, rounded to the side that admits it."""
+        from .explain import rounded
+
+        value = self.nearest[test][1]
+        bound = next((b for b in self.bounds if str(b) == test), None)
+        return rounded(value, 0.0, up=bound is None or value > bound.high) or value
 
     def _advice(self, held: int, useful: dict[str, int]) -> str:
         """Advise which bound to relax.
@@ -447,7 +473,7 @@ class _Search:
         name = self.collection.name
         if self.verified:
             [(worst, failed)] = self.removed.most_common(1)
-            near = f"; the nearest holds {self.nearest[worst]:.3g}" if worst in self.nearest else ""
+            near = f"; the nearest has {self._relaxed(worst):g}" if worst in self.nearest else ""
             return f"relax {worst}, which {failed} of {self.verified} failed on the finite motion{near}"
         if not held:
             return f"{name} holds nothing of this kind; run `catalogue build --collection {name}`"

@@ -173,7 +173,7 @@ def test_what_fails_on_the_finite_motion_is_not_shown(swings: Catalogue) -> None
     assert all(2 < p.deviation <= 4 for p in found)
     none = find_in(swings.database, replace(collection, measure=worse), StraightLine(200, 1))
     assert not none
-    assert "failed on the finite motion; the nearest holds 2." in none.explain()
+    assert "failed on the finite motion; the nearest has 2." in none.explain()
     told = re.search(r"which (\d+) of (\d+) failed", none.explain())
     assert told is not None
     assert told[1] == told[2] != "0"

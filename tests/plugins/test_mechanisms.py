@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -96,6 +97,27 @@ def test_platforms_of_planar_guides_are_as_straight_and_small(small: Catalogue, 
     assert found[0].metrics["size"] < 2.2 * 150
     assert found[0].metrics["min_transmission"] >= 30
     assert [one.metrics["size"] for one in found] == sorted(one.metrics["size"] for one in found)
+
+
+@pytest.mark.slow
+def test_what_planar_guides_cannot_answer_is_advised(small: Catalogue) -> None:
+    """Followed, the advice has an answer; of no four-bars nothing is made, and tags are kept."""
+
+    def asked(line: StraightLine, **how: Any) -> Any:
+        options: dict[str, Any] = {"families": (), "series": (), "where": None, **how}
+        return find_in(
+            small.database, TestTranslatingPlatforms.collection, line, limit=12, rank_by="size", special=(),
+            refine=False, drawn=lambda: None, find=small.find, **options,
+        )  # fmt: skip
+
+    line = StraightLine(150, 0.05)
+    none = asked(line, where={"size": (None, 200.0)})
+    assert not none
+    told = re.search(r"relax size <= 200, .*; the nearest has ([\d.]+)$", none.explain(), re.MULTILINE)
+    assert told is not None
+    assert asked(line, where={"size": (None, float(told[1]))})
+    assert not asked(line, where={"size": (None, 100.0)})  # no four-bar is so small
+    assert {one.series for one in asked(line, series=["approximate"])} == {"approximate"}
 
 
 def test_six_bars_are_laid_along_the_path() -> None:
