@@ -405,7 +405,7 @@ class _Search:
         return False
 
     def _failed(self, one: Measured) -> list[tuple[str, float, float]]:
-        """List the tests that a measured specimen fails, with the excess and its value; NaN without."""
+        """List the tests that a specimen fails, with excess and value, NaN without one."""
         if one.reason:
             return [(one.reason, 0.0, math.nan)]
         failed = list[tuple[str, float, float]]()
