@@ -334,17 +334,11 @@ class _Search:
         """Yield answers made of planar guides, if the collection is made of such."""
         if self.collection.starts is None or self.special:
             return
-        size = min([b.high for b in self.bounds if b.name == "size"], default=math.inf)
-        transmission = max([b.low for b in self.bounds if b.name == "min_transmission"], default=0.0)
-        bounds = {"max_size": size} if size < math.inf else {}  # a part is no larger, nor better driven than the whole
-        guides = find(
-            self.request,
-            families=["four-bar"],
-            limit=max(limit, ANSWERS),
-            cognates=True,
-            min_transmission=max(transmission, 0.0),
-            **bounds,
-        )
+        transmission = max([b.low for b in self.bounds if b.name == "min_transmission" and b.low > 0], default=0.0)
+        how = {"families": ["four-bar"], "limit": max(limit, ANSWERS), "cognates": True}
+        guides = find(self.request, **how, min_transmission=transmission)
+        if not len(guides):  # others tell what to relax
+            guides = find(self.request, **how)
         if not len(guides):
             return
         pivots = np.array([one.pivots for one in guides])
