@@ -19,16 +19,6 @@ class TestIIx0(SeriesContract):
     absent: ClassVar = [("slider-crank pseudo-cuspidation", "[4]"), ("slider-crank coincident pairs", "[4]")]
 
 
-class TestIIStarx0(SeriesContract):
-    """Members lack what is a driving pair of theirs, or falls into a pole."""
-
-    series = II_STAR_X0
-    absent: ClassVar = [
-        ("inverted-slider-crank pseudo-undulation", "[4]"),
-        ("inverted-slider-crank coincident pairs", "[4]"),
-    ]
-
-
 @pytest.mark.parametrize("series", [II_X0, II_STAR_X0])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any) -> None:
     assert golden_members(series) >= 10

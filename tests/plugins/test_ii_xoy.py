@@ -19,13 +19,6 @@ class TestIIxoy(SeriesContract):
     absent: ClassVar = [("slider-crank double cuspidation", "[4]"), ("swinging-block general", "cuspidation")]
 
 
-class TestIIStarxoy(SeriesContract):
-    """Members lack what is a driving pair of theirs, or falls into a pole."""
-
-    series = II_STAR_XOY
-    absent: ClassVar = [("inverted-slider-crank double undulation", "[4]"), ("swinging-block general", "undulation")]
-
-
 @pytest.mark.parametrize("series", [II_XOY, II_STAR_XOY])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any) -> None:
     assert golden_members(series) >= 5

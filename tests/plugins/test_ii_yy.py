@@ -20,13 +20,6 @@ class TestIIyy(SeriesContract):
     absent: ClassVar = [("inverted-slider-crank general", "cuspidation")]
 
 
-class TestIIStaryy(SeriesContract):
-    """Members lack what is a driving pair of theirs, or falls into a pole."""
-
-    series = II_STAR_YY
-    absent: ClassVar = [("slider-crank general", "undulation")]
-
-
 @pytest.mark.parametrize("series", [II_YY, II_STAR_YY])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any) -> None:
     assert golden_members(series) >= 3

@@ -35,19 +35,6 @@ class TestIIIKK(SeriesContract):
     ]
 
 
-class TestIIIStarKK(SeriesContract):
-    """The slider of the slider-crank is its undulation."""
-
-    series = III_STAR_KK
-    special: ClassVar = {"four-bar general": SPECIAL}
-    absent: ClassVar = [
-        ("slider-crank general", "undulation"),
-        ("slider-crank fifth order", "undulation"),
-        ("four-bar pseudo-undulation", "[3]"),
-        ("four-bar double undulation", "[3]"),
-    ]
-
-
 @pytest.mark.parametrize(("series", "count"), [(III_KK, 8), (III_STAR_KK, 14)])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any, count: int) -> None:
     assert golden_members(series) == count

@@ -35,19 +35,6 @@ class TestIIIKx(SeriesContract):
     ]
 
 
-class TestIIIStarKx(SeriesContract):
-    """A slider is the undulation; of coincident pairs one is given."""
-
-    series = III_STAR_KX
-    special: ClassVar = {"four-bar general": SPECIAL}
-    absent: ClassVar = [
-        ("slider-crank general", "undulation"),
-        ("swinging-block general", "undulation"),
-        ("slider-crank fifth order", "undulation"),
-        ("four-bar coincident pairs", "[4]"),
-    ]
-
-
 @pytest.mark.parametrize(("series", "count"), [(III_KX, 8), (III_STAR_KX, 10)])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any, count: int) -> None:
     assert golden_members(series) == count

@@ -23,14 +23,6 @@ class TestIVl(SeriesContract):
     absent: ClassVar = [("four-bar equal cranks", "[3]"), ("four-bar equal cranks", "cuspidation")]
 
 
-class TestIVStarl(SeriesContract):
-    """The same, inverted."""
-
-    series = IV_STAR_L
-    special: ClassVar = {"four-bar general": SPECIAL}
-    absent: ClassVar = [("four-bar equal cranks", "[3]"), ("four-bar equal cranks", "undulation")]
-
-
 @pytest.mark.parametrize("series", [IV_L, IV_STAR_L])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any) -> None:
     assert golden_members(series) == 4

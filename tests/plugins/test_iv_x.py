@@ -25,14 +25,6 @@ class TestIVx(SeriesContract):
     absent: ClassVar = [("inverted-slider-crank coincident pairs", "[2]")]
 
 
-class TestIVStarx(SeriesContract):
-    """The same, inverted."""
-
-    series = IV_STAR_X
-    special: ClassVar = {"slider-crank general": SPECIAL}
-    absent: ClassVar = [("slider-crank coincident pairs", "[2]")]
-
-
 @pytest.mark.parametrize(("series", "count"), [(IV_X, 4), (IV_STAR_X, 5)])
 def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any, count: int) -> None:
     assert golden_members(series) == count

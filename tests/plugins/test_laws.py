@@ -28,10 +28,12 @@ from tests.precision import EXTENDED
 EXCHANGED = Exchanged()
 REGISTRY = EXCHANGED.registry
 MEMBERS = [(series, member) for series in REGISTRY.series.values() for member in series.members]
+#: Those that a series says itself; of the inverted series one, as one function inverts them all.
+WRITTEN = [(series, member) for series, member in MEMBERS if "*" not in series.code or series.code == "II*.xy"]
 #: Distances along the tangent of the motion, in units of rho0; the stroke is about twice as long, or its square.
-STEPS = [mp.mpf(10) ** -k for k in range(3, 8)]
+STEPS = [mp.mpf(10) ** -k for k in (3, 5, 7)]
 #: Linkages of each member, and the largest that are taken: of others the strokes are not small.
-COUNT, LARGEST = 3, 8.0
+COUNT, LARGEST = 2, 8.0
 #: Deviations that are not lost in rounding.
 SEEN = 0.0 if EXTENDED else 2e-13
 
@@ -81,7 +83,7 @@ def test_no_series_takes_linkages_of_a_family_that_it_does_not_have(family: str)
         assert family in series.families or not taken.any(), series.code
 
 
-@pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
+@pytest.mark.parametrize(("series", "member"), WRITTEN, ids=[f"{s.code}-{m.key}" for s, m in WRITTEN])
 def test_undulations_run_straight_and_cuspidations_are_slots_at_the_points_of_curvature_theory(
     series: Series, member: Member
 ) -> None:
@@ -101,7 +103,7 @@ def test_undulations_run_straight_and_cuspidations_are_slots_at_the_points_of_cu
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
+@pytest.mark.parametrize(("series", "member"), WRITTEN, ids=[f"{s.code}-{m.key}" for s, m in WRITTEN])
 def test_deviation_follows_the_order_and_the_coefficient(series: Series, member: Member) -> None:
     """The exponent is the order plus one (half of it at a cusp) within 0.1; the ratio to the law tends to 1."""
     sample = even(series, member, size=24).valid

@@ -15,7 +15,12 @@ from catalogue.series.sampling import BLOCK, FARTHEST, SHORTEST, SPREAD, draw, i
 from catalogue.series.series import Member, Series
 
 SERIES = Registry().series
-MEMBERS = [(series, member) for series in SERIES.values() for member in series.members]
+#: One member of each number of parameters and of intervals of their domains: all are drawn by one function.
+MEMBERS = {
+    tuple(len(p.domain) for p in member.parameters): (series, member)
+    for series in SERIES.values()
+    for member in series.members
+}.values()
 each_member = pytest.mark.parametrize(("series", "member"), MEMBERS, ids=lambda x: getattr(x, "code", None) or x.key)
 
 
