@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from ..plugin.registry import Registry
 from ..series.series import Series
 from .guides import GuidesContract
@@ -10,7 +12,13 @@ from .membership import MembershipContract
 
 def load(code: str, *folders: object) -> Series:
     """Return a series by its code, as the catalogue loads it from the built-in plugins and from `folders`."""
-    return Registry([str(place) for place in folders]).get(code)
+    return _registry(tuple(map(str, folders))).get(code)
+
+
+@cache
+def _registry(folders: tuple[str, ...]) -> Registry:
+    """Load the plugins of some folders, once however many series are asked for."""
+    return Registry(folders)
 
 
 class SeriesContract(MembershipContract, GuidesContract):
