@@ -13,10 +13,8 @@ import json
 import re
 import runpy
 import sqlite3
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
-from io import StringIO
+from contextlib import closing, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -33,7 +31,6 @@ from alembic.config import Config
 from hypothesis import settings
 
 import catalogue
-from catalogue import cli
 from catalogue.find import dwells, find, prescribed_pivots
 from catalogue.find.explain import Advice, Explanation
 from catalogue.folders import folder
@@ -41,33 +38,27 @@ from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.progress import busy
 from catalogue.search.starts import SearchReport
+from catalogue.spatial.guided import compiled as guided
+from catalogue.spatial.jointed import compiled as jointed
 from catalogue.store import Base
 from catalogue.store.engine import engine_for
 
-#: Checks of the contracts in `catalogue.testing` that take seconds, by the start of the name of the module.
+#: Checks of the contracts in `catalogue.testing` that take seconds.
 SLOW = {
-    "test_collection": (
-        "test_a_given_radius_is_kept",
-        "test_a_piece_is_drawn",
-        "test_classes_are_those_of_the_draw",
-        "test_draws_are_declared_and_repeatable",
-        "test_what_is_laid_stays_where_it_is",
-        "test_what_is_stored_is_measured_again_at_any_stroke",
-    ),
-    **dict.fromkeys(
-        ("test_general", "test_i_", "test_ii_ooo", "test_ii_x", "test_ii_y", "test_iii_", "test_iv_", "test_parallel"),
-        ("test_guides_touch_the_finite_motion_to_their_order",),
-    ),
+    "test_a_given_radius_is_kept",
+    "test_a_piece_is_drawn",
+    "test_classes_are_those_of_the_draw",
+    "test_draws_are_declared_and_repeatable",
+    "test_guides_touch_the_finite_motion_to_their_order",
+    "test_what_is_laid_stays_where_it_is",
+    "test_what_is_stored_is_measured_again_at_any_stroke",
 }
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the slow checks that are inherited, as there is no place of their own to do it, and those of the starred
-    series, which are made from the others by inversion."""
+    """Mark the slow checks that are inherited, as there is no place of their own to do it."""
     for item in items:
-        checks = (name for module, names in SLOW.items() if item.path.name.startswith(module) for name in names)
-        starred = item.parent is not None and "Star" in item.parent.name
-        if starred or getattr(item, "originalname", "") in checks:
+        if getattr(item, "originalname", "") in SLOW and isinstance(item.parent, pytest.Class):
             item.add_marker(pytest.mark.slow)
 
 
@@ -139,6 +130,14 @@ def _compiled_once(shared: Path) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(autouse=True)
+def _by_numpy(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Sweep by numpy in the fast part: numba compiles for a minute, and `spatial/test_compiled.py` compares the two."""
+    if request.node.get_closest_marker("slow") is None:
+        monkeypatch.setattr(jointed, "kernel", lambda: None)
+        monkeypatch.setattr(guided, "fast", lambda _: None)
+
+
 @pytest.fixture(scope="session")
 def golden() -> list[dict[str, Any]]:
     """Return the golden mechanisms: placed pivots and, from 50- and 60-digit arithmetic, what belongs to them.
@@ -178,21 +177,6 @@ def small(small_db: Path) -> Iterator[catalogue.Catalogue]:
     """Return the catalogue of `small_db`."""
     with catalogue.open(small_db, build=False) as opened:
         yield opened
-
-
-@pytest.fixture(scope="session")
-def atlas(once: Callable[..., Path]) -> Path:
-    """Return a folder in which the command has drawn all plates, with what it told."""
-
-    def make(folder: Path) -> None:
-        out, told, words = StringIO(), StringIO(), ["catalogue", "atlas", "--out", str(folder / "new" / "atlas")]
-        with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(told):
-            patch.setattr(sys, "argv", words)
-            assert cli.run() == 0
-        assert out.getvalue() == ""
-        (folder / "told.txt").write_text(told.getvalue(), "utf-8")
-
-    return once("atlas", make)
 
 
 @pytest.fixture(scope="session")

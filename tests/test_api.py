@@ -195,6 +195,7 @@ def refusal(ask: Callable[[], Any], kinds: tuple[type[CatalogueError], ...]) -> 
     return ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("what", "name"), [(what, name) for what, names in TAKEN.items() for name in names])
 def test_what_cannot_be_meant_is_refused_in_one_line(
     asked: dict[str, Callable[..., Any]], what: str, name: str
@@ -329,6 +330,7 @@ def test_a_pickled_catalogue_does_not_make_a_file_that_is_gone(tmp_path: Path) -
     assert not (tmp_path / "new.db").exists()
 
 
+@pytest.mark.slow
 # -- one's own lists --------------------------------------------------------------------------------------------------
 def test_lists_and_lengths_are_taken_where_linkages_are(small: Catalogue) -> None:
     bars = {"ground": 4, "crank": 2.4, "coupler": 2, "rocker": 2.4, "angle": 65.3756}

@@ -46,6 +46,7 @@ def test_counts_are_those_of_the_tables(cells: list[Cell], small_db: Path) -> No
         assert counted[tuple(key)].smallest[level] == size
 
 
+@pytest.mark.slow
 def test_guides_and_named_guides_together_are_all_that_is_stored(cells: list[Cell], small_db: Path) -> None:
     with closing(sqlite3.connect(small_db)) as connection:
         (guides,) = connection.execute("SELECT count(*) FROM guide").fetchone()
@@ -56,6 +57,7 @@ def test_guides_and_named_guides_together_are_all_that_is_stored(cells: list[Cel
     assert sum(c.mechanisms for c in cells) + named == mechanisms
 
 
+@pytest.mark.slow
 def test_the_command_says_that_named_guides_are_counted_apart(small_db: Path) -> None:
     done = CliRunner().invoke(census_command, ["--db", str(small_db)])
     told = " ".join(done.output.split())

@@ -69,6 +69,7 @@ def test_writers_at_once_do_not_mix(tmp_path: Path) -> None:
     assert [*tmp_path.iterdir()] == [file]
 
 
+@pytest.mark.slow
 def test_a_path_of_very_many_folders_is_told_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     deep = Path(f"{tmp_path}/{'a/' * 1900}x.db")
     with pytest.raises(catalogue.DatabaseError, match=r"cannot be used \(it lies in too many folders\)"):

@@ -15,6 +15,7 @@ def faults(source: str) -> list[str]:
     return [passage.fault for passage in plain_words.passages(source)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", plain_words.recorded())
 def test_counts_of_a_room_only_fall(room: str) -> None:
     """Lower the record with `python tests/plain_words.py --lower` after rewording."""

@@ -56,6 +56,7 @@ def test_what_an_earlier_thread_runs_is_done_where_no_further_one_starts(monkeyp
         assert [*threads.map(pow, range(50), [2] * 50)] == [k * k for k in range(50)]
 
 
+@pytest.mark.slow
 def test_a_search_without_threads_has_the_same_answers(small: Catalogue, request: pytest.FixtureRequest) -> None:
     line = StraightLine(150, 0.05)
     expected = small.find(line, limit=3, round_to=1.0)

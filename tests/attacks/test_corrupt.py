@@ -74,6 +74,7 @@ def test_what_cannot_be_is_told_in_one_line(
     assert re.search(rf"copy\.db is damaged \(.*({said}).*put it elsewhere and run", str(error)), str(error)
 
 
+@pytest.mark.slow
 def test_guides_whose_pivots_are_elsewhere_are_told_or_measured(copied: Path, attack: SimpleNamespace) -> None:
     assert attack.tamper(copied, "mechanism", "moving_1_x", "1e-320")
     told = 0
@@ -87,6 +88,7 @@ def test_guides_whose_pivots_are_elsewhere_are_told_or_measured(copied: Path, at
     assert told
 
 
+@pytest.mark.slow
 def test_names_that_are_too_long_are_shortened_in_an_error(copied: Path, attack: SimpleNamespace) -> None:
     assert attack.tamper(copied, "mechanism", "family", "a long text")
     with catalogue.open(copied, build=False) as opened, pytest.raises(InvalidRequest) as told:
@@ -130,6 +132,7 @@ def test_a_large_file_is_read_in_blocks_with_the_same_digest(copied: Path, monke
         opened.database.check()
 
 
+@pytest.mark.slow
 def test_a_file_that_is_edited_and_says_so_is_read(copied: Path, small: Catalogue) -> None:
     with closing(sqlite3.connect(copied, isolation_level=None)) as file:
         file.executescript("PRAGMA user_version = 0; PRAGMA foreign_keys = ON; DELETE FROM guide WHERE id = 7")
@@ -160,6 +163,7 @@ def test_no_command_that_writes_seals_a_file_that_was_changed(copied: Path, writ
     assert copied.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_build_on_a_changed_file_ends_with_the_code_of_a_damaged_one(copied: Path) -> None:
     with closing(sqlite3.connect(copied, isolation_level=None)) as file:
         file.execute("UPDATE reach SET size = size * 10")
@@ -180,6 +184,7 @@ def test_a_change_while_a_file_is_open_is_seen_before_it_is_written_to(copied: P
             opened.set_setting("mine", "1")
 
 
+@pytest.mark.slow
 def test_what_writes_takes_the_seal_away_and_a_build_gives_it_back(copied: Path, small: Catalogue) -> None:
     def seal() -> int:
         with closing(sqlite3.connect(copied)) as file:

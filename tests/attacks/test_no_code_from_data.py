@@ -37,6 +37,7 @@ def found(source: str) -> set[str]:
     return {*suspicious(ast.parse(source))} & (CALLS | MODULES | {"shell"})
 
 
+@pytest.mark.slow
 def test_data_become_no_code() -> None:
     files = [file for part in ("catalogue", "plugins", "migrations") for file in (ROOT / part).rglob("*.py")]
     assert len(files) > 150

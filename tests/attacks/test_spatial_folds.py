@@ -27,6 +27,7 @@ def test_a_step_that_ends_on_another_branch_is_refused(seed: int, number: int) -
     assert max(abs(discriminant(numbers, number, v)) for v in circuit.dead_points) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sort", "seed", "number"), [("five links", 6, 7), ("RSCR", 3, 55)])
 def test_dead_points_close_together_are_not_stepped_over(sort: str, seed: int, number: int) -> None:
     """The drive turns back twice in a part of the circuit that once was a single step."""

@@ -43,6 +43,7 @@ def test_all_kernels_of_the_plane_keep_their_bounds(stress: str) -> None:
     assert check(stability_planar.rows(2, {stress: STRESSES[stress]})) > 10
 
 
+@pytest.mark.slow
 def test_strips_and_arcs_of_known_width_are_measured() -> None:
     assert check(islice(stability_paths.zones(), 7)) > 30
 
@@ -63,7 +64,7 @@ def test_function_generators_keep_their_bounds() -> None:
 
 
 @pytest.mark.parametrize("near", [1e-2, 1e-6, 1e-8])
-@pytest.mark.parametrize("way", ["swept", "compiled sweep"])
+@pytest.mark.parametrize("way", ["swept", pytest.param("compiled sweep", marks=pytest.mark.slow)])
 def test_a_point_where_a_torus_nearly_closes_is_led_away_and_back(near: float, way: str) -> None:
     """Its meridian is bent so much that a step of the square root of rounding leaves more than rounding."""
     batch, at = spatial_stability.closing(near, 4)

@@ -65,6 +65,7 @@ def test_known_linkage_meets_its_constraints(entry: dict[str, Any]) -> None:
     assert {name: amount[0] for name, amount in amounts.items() if amount[0] > MISSED} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("entry", SOME, ids=lambda entry: entry["name"])
 def test_figures_are_those_of_independent_motion(entry: dict[str, Any], figures: Any) -> None:
     problem = problem_of(entry)

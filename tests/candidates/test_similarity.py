@@ -95,5 +95,6 @@ def test_no_two_answers_are_nearer_than_asked(small: Catalogue, request_: Any, r
     assert found[0].id == plain[0].id, "the best of its cluster stays"
 
 
+@pytest.mark.slow
 def test_one_answer_has_no_neighbour(small: Catalogue) -> None:
     assert small.find(LINE, limit=1, refine=False)[0].nearest is None

@@ -56,6 +56,7 @@ def test_no_branch_jumps_between_phases(kind: str) -> None:
     raise AssertionError(f"{far.sum()} steps lead elsewhere")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_drive_is_where_it_is_asked_for(kind: str) -> None:
     chain = random_chains(kind, 20, seed=4)

@@ -50,6 +50,7 @@ def agree(ours: Any, theirs: Any, good: Any, within: float) -> None:
     assert np.abs((ours - theirs) / scale)[good].max() < within
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_velocities_and_accelerations_solve_the_differentiated_equations(kind: str) -> None:
     at, loops, q, matrix, good = setting(kind)
@@ -70,6 +71,7 @@ def test_velocities_and_accelerations_solve_the_differentiated_equations(kind: s
     assert np.abs((np.stack(ours, -1) - acceleration) / scale)[good].max() < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_derivatives_by_the_reference_pose_are_those_of_a_complex_step(kind: str) -> None:
     at, loops, q, matrix, good = setting(kind)
@@ -94,6 +96,7 @@ def test_derivatives_of_a_joint_are_those_of_its_bar_and_its_own() -> None:
     np.testing.assert_allclose(total[1 : 2 * len(chain.z) : 2].sum(0), 1j, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_rates_are_unknown_at_a_dead_point() -> None:
     chain = random_chains("Watt I", 50, seed=9)
     found = circuits(chain, 1)[np.flatnonzero(circuits(chain, 1).kind == 1)]

@@ -15,6 +15,7 @@ from catalogue.find.answers import remember, save
 from tests.plugins.test_answers_of_bars import answer
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["show", "trace", "export", "sheet", "measure"])
 def test_each_verb_takes_an_answer_by_its_code(
     run: Callable[..., Any], small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
@@ -40,6 +41,7 @@ def test_each_verb_takes_an_answer_by_its_code(
         assert next(tmp_path.glob("a.*")).stat().st_size > 5000
 
 
+@pytest.mark.slow
 def test_saved_answers_are_taken_too(run: Callable[..., Any], small_db: Path, tmp_path: Path) -> None:
     one = answer("exact-cells", "peaucellier-lipkin")
     save([one], tmp_path / "answers.json")

@@ -28,6 +28,7 @@ def leg(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_measure_lists_the_stretches_of_a_leg(run: Run, leg: Path) -> None:
     done = run("measure", leg, "--stroke", 30)
     assert done.code == 0
@@ -42,6 +43,7 @@ def test_measure_lists_the_stretches_of_a_leg(run: Run, leg: Path) -> None:
     assert again[0]["deviation"] == pytest.approx(rows[0]["deviation"], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_trace_has_columns_of_every_joint(run: Run, leg: Path) -> None:
     done = run("trace", leg, "--samples", 13, "--distance", "E,F")
     rows = list(csv.DictReader(io.StringIO(done.out)))
@@ -54,6 +56,7 @@ def test_trace_has_columns_of_every_joint(run: Run, leg: Path) -> None:
     assert span[0] < 180 < span[1] == pytest.approx(360)
 
 
+@pytest.mark.slow
 def test_show_prints_and_draws(run: Run, leg: Path, tmp_path: Path) -> None:
     done = run("show", leg, "--plot", tmp_path / "leg.png")
     assert done.code == 0
@@ -61,6 +64,7 @@ def test_show_prints_and_draws(run: Run, leg: Path, tmp_path: Path) -> None:
     assert (tmp_path / "leg.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_units_go_through(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "bike.json"
     file.write_text(json.dumps(BICYCLE))
@@ -77,6 +81,7 @@ def test_several_mechanisms_are_measured_in_one_run(run: Run, tmp_path: Path) ->
     assert [row["number"] for row in rows] == [1, 2]
 
 
+@pytest.mark.slow
 def test_export_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_path: Path) -> None:
     for name in ("a.json", "a.csv", "a.svg", "a.dxf", "a.xlsx", "a.txt", "a.FCMacro"):
         file = tmp_path / name
@@ -142,6 +147,7 @@ def test_bad_options_get_one_line(run: Run, leg: Path, tmp_path: Path) -> None:
     assert "--distance is for a mechanism of many bars" in run("trace", two, "--distance", "A,B").line
 
 
+@pytest.mark.slow
 def test_sheet_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_path: Path) -> None:
     code = json.loads(run("measure", leg, "--stroke", 30, "--format", "json").out)[0]["code"]
     for what in (leg, code):
@@ -153,6 +159,7 @@ def test_sheet_writes_a_mechanism_and_a_stretch_of_it(run: Run, leg: Path, tmp_p
     assert "holds 2 mechanisms: a sheet shows one" in run("sheet", both, "--out", tmp_path / "b.pdf").line
 
 
+@pytest.mark.slow
 def test_improve_prints_before_and_after_and_saves_them(run: Run, leg: Path, tmp_path: Path) -> None:
     hold = ("--hold", "fixed-pivots", "--hold", "B", "--unit", "mm")
     done = run("improve", leg, "--stroke", 30, *hold, "--save", tmp_path / "both.json")

@@ -27,6 +27,7 @@ def rows(path: Path, query: str) -> list[Any]:
         return connection.execute(query).fetchall()
 
 
+@pytest.mark.slow
 def test_csv_is_the_data_frame(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
     file = tmp_path / "guides.csv"
     for reaches in (False, True):

@@ -19,6 +19,7 @@ Run = Callable[..., Any]
 MINE = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125, "across": 80}
 
 
+@pytest.mark.slow
 def test_an_answer_comes_back_from_json(run: Run, code: str, tmp_path: Path) -> None:
     file = tmp_path / "guide.json"
     done = run("export", code, "--out", file)

@@ -90,22 +90,12 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
     assert len(same) == 3
 
 
+@pytest.mark.slow
 def test_answers_by_code_or_in_a_file_are_starts(run: Run, small_db: Path, tmp_path: Path) -> None:
-    tight = (
-        *LINE,
-        "--family",
-        "four-bar",
-        "--min-transmission",
-        45,
-        "--rank-by",
-        "size",
-        "--format",
-        "json",
-        "--db",
-        small_db,
-    )
+    least = ("--family", "four-bar", "--min-transmission", 45, "--rank-by", "size")
+    tight = (*LINE, *least, "--format", "json", "--db", small_db)
     saved = tmp_path / "saved.json"
-    first = json.loads(run(*tight, "--limit", 1, "--effort", 2, "--save", saved).out)[0]
+    first = json.loads(run(*tight, "--limit", 1, "--save", saved).out)[0]
     for start in (first["code"], saved):
         again = json.loads(run(*tight, "--limit", 1, "--no-refine", "--start", start).out)[0]
         assert again["size"] == pytest.approx(first["size"], rel=1e-9)
@@ -268,6 +258,7 @@ def test_an_arc_that_is_none_is_said_in_one_line(run: Run, small_db: Path, optio
     assert message in done.line
 
 
+@pytest.mark.slow
 def test_an_arc_beyond_a_half_circle(run: Run, small_db: Path, tmp_path: Path) -> None:
     asked = ("--radius", 50, "--angle", 270, "--unit", "mm")
     done = run("find", "circular-arc", *asked, "--deviation", 0.4, "--limit", 2, "--db", small_db, "--save",

@@ -71,6 +71,7 @@ def test_output_to_a_full_device_is_one_line(environment: dict[str, str], small_
     assert "No space left on device" in told
 
 
+@pytest.mark.slow
 def test_output_that_is_closed_is_no_error(environment: dict[str, str]) -> None:
     """As in ``catalogue schema >&-``."""
     shell = f"{sys.executable} -m catalogue schema --format csv >&-"
@@ -78,6 +79,7 @@ def test_output_that_is_closed_is_no_error(environment: dict[str, str]) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
+@pytest.mark.slow
 def test_a_device_is_not_replaced_by_a_file(run: Run, small_db: Path, tmp_path: Path) -> None:
     os.mkfifo(pipe := tmp_path / "pipe")
     done = run("export", "--out", pipe, "--force", "--db", small_db)

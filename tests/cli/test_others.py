@@ -153,6 +153,7 @@ def test_nothing_is_left_open(environment: dict[str, str]) -> None:
     assert "Warning" not in done.stderr
 
 
+@pytest.mark.slow
 def test_help_loads_no_database(environment: dict[str, str]) -> None:
     """Each command imports what it needs when it runs."""
     code = (
@@ -386,6 +387,7 @@ def test_plugins_lists_what_was_left_out(process: Run, folder: Path) -> None:
     assert all(not r["error"] for name, r in records.items() if name != "broken")
 
 
+@pytest.mark.slow
 def test_plugins_prints_a_table(run: Run, folder: Path) -> None:
     done = run("plugins")
     assert done.code == 0
@@ -496,6 +498,7 @@ def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path)
         assert dict(connection.execute("SELECT key, value FROM setting"))["complete"] == "yes"
 
 
+@pytest.mark.slow
 def test_build_draws_a_collection(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("catalogue.populate.collect.BLOCK", 32)
     options = ("--collection", "swings", "--plugins", SWINGS, "--db", tmp_path / "some.db")
@@ -512,6 +515,7 @@ def test_build_draws_a_collection(run: Run, tmp_path: Path, monkeypatch: pytest.
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -588,6 +592,7 @@ def test_files_that_hold_no_linkage_are_told_in_one_line(
     assert len(done.line) < 400
 
 
+@pytest.mark.slow
 def test_the_plate_of_a_named_design_is_that_of_its_series(run: Run, tmp_path: Path) -> None:
     one, other = tmp_path / "design.svg", tmp_path / "series.svg"
     assert run("plate", "evans", "--out", one).code == 0
@@ -620,6 +625,7 @@ def test_a_sort_without_guides_is_named_with_its_value(run: Run, small_db: Path)
     )
 
 
+@pytest.mark.slow
 def test_a_series_alone_has_its_share_of_the_default_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
     monkeypatch.setattr("catalogue.populate.fill.fill", lambda *_, count, **__: asked.append(count))

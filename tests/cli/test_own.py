@@ -27,6 +27,7 @@ def test_measure_prints_what_a_linkage_is_and_where_it_guides(run: Run, mine: Pa
     assert "take the linkage apart" in done.out
 
 
+@pytest.mark.slow
 def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
     rows = json.loads(run("measure", mine, "--stroke", 120, "--format", "json").out)
     assert [row["deviation"] for row in rows] == sorted(row["deviation"] for row in rows)
@@ -37,6 +38,7 @@ def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
     assert "deviation" in run("show", rows[0]["code"]).out
 
 
+@pytest.mark.slow
 def test_show_tells_no_order_of_what_is_of_no_stored_guide_and_prints_no_empty_table(run: Run, mine: Path) -> None:
     (row, *_) = json.loads(run("measure", mine, "--stroke", "120", "--format", "json").out)
     told = run("show", row["code"]).out
@@ -47,6 +49,7 @@ def test_show_tells_no_order_of_what_is_of_no_stored_guide_and_prints_no_empty_t
     assert "crank 1" in own
 
 
+@pytest.mark.slow
 def test_describing_names_all_cranks_that_turn(run: Run, tmp_path: Path) -> None:
     drag, kite, still = (tmp_path / f"{name}.json" for name in ("drag", "kite", "still"))
     point = {"along": 0.5, "across": 0.7}
@@ -67,6 +70,7 @@ def test_describing_names_all_cranks_that_turn(run: Run, tmp_path: Path) -> None
     assert "cannot move" in " ".join(run("show", still).out.split())
 
 
+@pytest.mark.slow
 def test_every_stretch_that_is_listed_is_taken_by_all_commands(run: Run, mine: Path, tmp_path: Path) -> None:
     """Of one the deviation is above a tenth of the stroke: no guidance to ask for, but what the linkage does."""
     rows = json.loads(run("measure", mine, "--stroke", 230, "--format", "json").out)
@@ -82,6 +86,7 @@ def test_every_stretch_that_is_listed_is_taken_by_all_commands(run: Run, mine: P
     assert catalogue.recall(code).improve(StraightLine(230, 20))
 
 
+@pytest.mark.slow
 def test_the_longest_stroke_within_a_deviation(run: Run, mine: Path) -> None:
     rows = json.loads(run("measure", mine, "--deviation", 0.05, "--format", "json").out)
     assert all(row["deviation"] <= 0.05 * (1 + 1e-9) for row in rows)
@@ -89,6 +94,7 @@ def test_the_longest_stroke_within_a_deviation(run: Run, mine: Path) -> None:
     assert all(row["allowance"] >= -1e-9 for row in rows)
 
 
+@pytest.mark.slow
 def test_the_allowance_is_a_column_where_a_deviation_is_asked_for(
     run: Run, mine: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -97,6 +103,7 @@ def test_the_allowance_is_a_column_where_a_deviation_is_asked_for(
     assert "allowance" not in run("measure", mine, "--stroke", 120).out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 def test_many_linkages_from_csv(run: Run, tmp_path: Path, delimiter: str) -> None:
     file = tmp_path / "many.csv"
@@ -163,6 +170,7 @@ def test_trace_prints_motion_with_units(run: Run, mine: Path) -> None:
     assert run("trace", mine, "--also", "end").code == 2
 
 
+@pytest.mark.slow
 def test_find_saves_plots_and_names_its_answers(run: Run, small_db: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     file, folder = tmp_path / "found.json", tmp_path / "plots"

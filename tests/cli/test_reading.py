@@ -90,6 +90,7 @@ def test_lengths_under_a_heading_are_read_row_for_row_in_any_dialect(
     assert [held for _, held, _ in rows] == [dict(zip(map(str.lower, names), row, strict=True)) for row, _ in numbers]
 
 
+@pytest.mark.slow
 @given(st.text(), st.integers(0, 2), DIALECT)
 def test_no_text_among_the_lines_loses_a_row(text: str, at: int, dialect: tuple[str, ...]) -> None:
     rows = [[*WATT.split(",")], [*WATT.split(",")]]

@@ -124,6 +124,7 @@ def test_a_request_in_inches_is_the_same_in_millimetres(run: Run, small_db: Path
         assert told in guide
 
 
+@pytest.mark.slow
 def test_an_answer_is_shown_with_the_unit_of_its_lengths(run: Run, small_db: Path) -> None:
     [found] = json.loads(run(*LINE, "--stroke", 6, "--deviation", 0.02, "--db", small_db).out)
     cells = [line.split() for line in run("show", found["code"], "--unit", "in").out.splitlines()]
@@ -191,6 +192,7 @@ def test_a_file_that_is_no_request_is_told_in_one_line(run: Run, tmp_path: Path,
         options_from_file(str(tmp_path / "none.toml"), straight_line)
 
 
+@pytest.mark.slow
 def test_dwells_are_scaled_with_their_crank(run: Run, small_db: Path) -> None:
     asked = (
         "find",
@@ -246,6 +248,7 @@ def test_other_digits_are_no_number_of_an_option_either(run: Run, small_db: Path
 INCHES = (*LINE, "--stroke", '14"', "--deviation", 0.05)
 
 
+@pytest.mark.slow
 def test_an_answer_keeps_its_unit_from_command_to_command(run: Run, small_db: Path, tmp_path: Path) -> None:
     saved = tmp_path / "saved.json"
     [found] = json.loads(run(*INCHES, "--save", saved, "--db", small_db).out)
@@ -274,6 +277,7 @@ def test_an_answer_keeps_its_unit_from_command_to_command(run: Run, small_db: Pa
     assert re.search(r"\$INSUNITS\n +70\n1\n", drawing.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_an_answer_without_a_unit_is_taken_as_millimetres_aloud(run: Run, small_db: Path, tmp_path: Path) -> None:
     [found] = json.loads(run(*LINE, "--stroke", 14, "--deviation", 0.05, "--db", small_db).out)
     assert found["unit"] is None
@@ -289,6 +293,7 @@ def test_an_answer_without_a_unit_is_taken_as_millimetres_aloud(run: Run, small_
     assert run("export", "--unit", "mm", "--db", small_db).line.endswith("--unit is for one guide: name it")
 
 
+@pytest.mark.slow
 def test_a_linkage_of_a_file_and_a_named_guide_have_a_unit(run: Run, small_db: Path, tmp_path: Path) -> None:
     mine = tmp_path / "mine.json"
     mine.write_text(
@@ -320,6 +325,7 @@ def test_a_linkage_of_a_file_and_a_named_guide_have_a_unit(run: Run, small_db: P
     assert (metric["unit"], metric["measured"]["stroke"]) == ("mm", 355.6)
 
 
+@pytest.mark.slow
 def test_mixed_files_are_read_in_one_unit(run: Run, tmp_path: Path) -> None:
     links = {"ground": 22.0, "crank": 10.0, "coupler": 25.0, "rocker": 25.0, "along": 12.5, "across": 8.0}
     metric = {name: 2.54 * value for name, value in links.items()}

@@ -44,6 +44,7 @@ def find_in(database: Database, collection: Collection, request: PathRequest, li
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_answers_keep_what_was_asked_for(swings: Catalogue) -> None:
     found = swings.find_in("swings", LINE, where={"swing": (16, None), "size": (None, 720.0)}, limit=1000)
     assert 20 < len(found) <= 1000
@@ -61,6 +62,7 @@ def test_answers_keep_what_was_asked_for(swings: Catalogue) -> None:
     assert {p.family for p in found} == {"pendulum", "roller"}
 
 
+@pytest.mark.slow
 def test_no_better_one_is_missed(swings: Catalogue) -> None:
     every = swings.find_in("swings", StraightLine(1, 0.1), limit=2000)
     best = swings.find_in("swings", StraightLine(1, 0.1), limit=3, rank_by="swing")
@@ -70,6 +72,7 @@ def test_no_better_one_is_missed(swings: Catalogue) -> None:
     assert [p.id for p in small] == [p.id for p in sorted(every, key=lambda p: p.metrics["size"])][:3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("metric", ["size", "swing"])
 def test_a_bound_leaves_out_only_what_breaks_it(swings: Catalogue, metric: str) -> None:
     """Bounds are numbers of answers, which are within them."""
@@ -138,6 +141,7 @@ def test_to_pandas_and_json(swings: Catalogue) -> None:
     assert swings.find_in("swings", StraightLine(1, 1e-9)).to_pandas().columns.tolist() == found.columns
 
 
+@pytest.mark.slow
 def test_explanations(swings: Catalogue) -> None:
     found = swings.find_in("swings", LINE, where={"swing": (40, None)}, limit=2)
     told = found.explain()

@@ -29,6 +29,7 @@ def test_no_more_digits_are_lost_than_the_pivots_lack(kind: str, near: float) ->
     assert {q: s for q, s in summaries.items() if BENCHMARK["excess"](s) > ALLOWED} == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("near", [1e-3, 1e-6, 1e-9, 1e-12])
 def test_principal_pairs_of_a_far_pole_keep_all_digits(near: float) -> None:
     ours = BENCHMARK["measure"](POLE_FAR, near, 10, seed=5)["principal pairs"]["ours"]

@@ -148,6 +148,7 @@ def test_what_both_branches_of_a_dead_point_guide_is_listed() -> None:
         assert (found.order[:, own][:, 0] >= 3).all()
 
 
+@pytest.mark.slow
 def test_other_linkages_have_one_branch() -> None:
     flat, bent = mobile()[:1], nearly_parallel("four-bar", 0.5, 1)
     found = catalogue.classify(Linkage(np.concatenate([flat.pivots, bent.pivots]))).guided()

@@ -723,6 +723,7 @@ def test_the_kinds_of_pivots_do_not_matter_to_the_inverse_motion(random_linkages
     assert {PR, RP} == {int(linkage.dyads.max()), int(linkage.inverted().dyads.max())}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [2.0**-40, 2.0**40])
 def test_leading_errors_do_not_depend_on_the_unit_of_length(
     random_linkages: Callable[..., Linkage], unit: float

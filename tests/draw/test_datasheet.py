@@ -69,8 +69,11 @@ def test_the_linkage_is_drawn_between_the_margins(made: PlacedGuide) -> None:
 
 
 @pytest.mark.slow
-@every
-@pytest.mark.parametrize("paper", sorted(PAPERS))
+@pytest.mark.parametrize(
+    ("made", "paper"),
+    [*((made, "letter") for made in (*EVERY, OWN, OPEN, DWELL)), (ARC, "a4")],
+    ids=[*NAMES, "own", "open", "dwell", "a4"],
+)
 def test_nothing_is_cut_off_or_written_over(made: PlacedGuide, paper: str) -> None:
     figure = sheet_figure(made, paper=paper)
     page = figure.bbox
@@ -88,6 +91,7 @@ def test_nothing_is_cut_off_or_written_over(made: PlacedGuide, paper: str) -> No
             assert across < 1 or upwards < 2, (words, others)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", [ARC, OWN], ids=["arc", "own"])
 def test_theory_and_provenance_stand_below_all_else(made: PlacedGuide) -> None:
     told = content(made, made.code)
@@ -192,8 +196,7 @@ def test_drawing_of_the_html_is_true_to_its_scale() -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
-@pytest.mark.parametrize("made", [FORGIVING, DWELL], ids=["four-bar", "dwell"])
-@pytest.mark.parametrize("paper", sorted(PAPERS))
+@pytest.mark.parametrize(("made", "paper"), [(FORGIVING, "letter"), (DWELL, "a4")], ids=["four-bar", "dwell"])
 def test_html_is_printed_on_one_page(made: PlacedGuide, paper: str, tmp_path: Path) -> None:
     made.sheet(tmp_path / "a.html", paper=paper)
     subprocess.run(

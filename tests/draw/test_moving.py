@@ -308,6 +308,7 @@ def test_what_cannot_be_drawn_is_refused(wrong: dict[str, Any], said: str) -> No
         moving_svg(ARC, **wrong)
 
 
+@pytest.mark.slow
 def test_matplotlib_is_not_needed() -> None:
     code = """
 import sys

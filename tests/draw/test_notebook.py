@@ -103,6 +103,7 @@ def test_text_is_escaped() -> None:
     assert html_table(["<a>"], [["<b>"]]).count("&lt;") == 2
 
 
+@pytest.mark.slow
 def test_neither_import_nor_a_guide_loads_the_drawing() -> None:
     code = """
 import sys, catalogue

@@ -263,6 +263,7 @@ def test_missing_folder_is_refused(tmp_path: Path) -> None:
         draw(ARC, tmp_path / "no" / "guide.png")
 
 
+@pytest.mark.slow
 def test_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     (tmp_path / "guide.png").mkdir()
     with pytest.raises(InvalidRequest, match="cannot write"):
@@ -281,6 +282,7 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) 
         draw(ARC)
 
 
+@pytest.mark.slow
 def test_a_notebook_is_given_a_picture() -> None:
     assert draw(ARC)._repr_png_().startswith(b"\x89PNG")
 
@@ -319,6 +321,7 @@ def test_border_of_a_link_keeps_its_distance(corners: list[complex]) -> None:
     np.testing.assert_allclose(distance, 0.5, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_linkages_stand_in_the_middle_of_the_sheet_and_their_dots_are_of_one_size() -> None:
     size = []
     for made in EVERY:
@@ -366,6 +369,7 @@ def test_a_path_goes_on_for_the_length_that_is_asked_or_to_where_it_turns(made: 
             assert nearest(tail, path).max() < 1e-4 * made.stroke
 
 
+@pytest.mark.slow
 def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:
     """The point at the pole of a member of II.y0 runs out and back on one circle."""
     series = load("II.y0")
@@ -429,6 +433,7 @@ def test_the_line_of_a_slider_lies_on_the_other_side_of_it_than_the_linkage() ->
             assert (np.abs(strokes[1::3].real) > np.abs(line.real[0])).all()  # hatched on the far side
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("driver", [None, 1, 2])
 def test_stills_and_sheets_mark_the_driving_crank(driver: int | None) -> None:
     made = replace(MADE["four-bar"], driver=driver)
@@ -448,6 +453,7 @@ def test_stills_and_sheets_mark_the_driving_crank(driver: int | None) -> None:
         assert coloured == (set() if driver is None else {f"crank-{driver}"})
 
 
+@pytest.mark.slow
 def test_the_way_back_of_a_turning_crank_is_drawn() -> None:
     links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
     measured = catalogue.guide(links).measure(stroke=120, limit=4)
@@ -462,6 +468,7 @@ def test_the_way_back_of_a_turning_crank_is_drawn() -> None:
     assert not [one for axes in draw(MADE["four-bar"]).axes for one in axes.lines if one.get_gid() == "path-turn"]
 
 
+@pytest.mark.slow
 def test_every_measured_stretch_is_drawn() -> None:
     links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
     for stroke, radius in ((120.0, 300.0), (230.0, None)):

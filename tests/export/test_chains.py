@@ -76,6 +76,7 @@ def test_blocks_of_a_dxf_have_the_given_lengths() -> None:
     assert told == pytest.approx(sorted([*GIVEN.values(), math.hypot(38, 7.8)]))
 
 
+@pytest.mark.slow
 def test_fourteen_inches_are_355_6_millimetres_in_every_format() -> None:
     size = 14 / 15  # the crank is 15 long
     joints = {name: [size * x for x in at] for name, at in leg().joints.items()}
@@ -143,6 +144,7 @@ def test_a_record_whose_lengths_were_changed_is_refused() -> None:
         mechanism(record)
 
 
+@pytest.mark.slow
 def test_a_stretch_says_what_was_measured_and_draws_its_stroke() -> None:
     best = leg().measure(stroke=30)[0]
     record = json.loads(best.export(format="json"))
@@ -172,6 +174,7 @@ def test_the_spline_follows_the_path(which: str) -> None:
     assert off_spline(3, spline.t, spline.c[:, 0] + 1j * spline.c[:, 1], z) < 1e-6 * links.size
 
 
+@pytest.mark.slow
 def test_a_slider_runs_in_a_slot_of_its_travel() -> None:
     bike = mechanism(BICYCLE)
     best = bike.measure(stroke=40)[0]

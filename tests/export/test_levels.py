@@ -126,6 +126,7 @@ def test_no_two_links_of_a_dwell_meet_on_a_level(small: Catalogue, naive: Simple
         assert meetings(naive, one) == []
 
 
+@pytest.mark.slow
 def test_the_files_tell_the_levels(six: dict[str, catalogue.Stretch]) -> None:
     for family, guide in six.items():
         told = links_of(guide)

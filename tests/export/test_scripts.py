@@ -212,6 +212,7 @@ def test_the_crank_that_keeps_off_dead_points_drives() -> None:
     assert ', name="A1")' in str(guide.export(format="pylinkage"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("swinging", "stroke", "nears"),
     [

@@ -82,6 +82,7 @@ def of_svg(text: str) -> float:
     return chord(places) * float(real) / float(drawn)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [None, *MILLIMETRES])
 @pytest.mark.parametrize("given", ["inches", "metric"])
 def test_fourteen_inches_are_as_many_millimetres_in_every_file(
@@ -112,6 +113,7 @@ def test_fourteen_inches_are_as_many_millimetres_in_every_file(
     assert of_svg(moving_file(guide, unit=unit)) == pytest.approx(ends, rel=1e-3)  # two digits of a millimetre
 
 
+@pytest.mark.slow
 def test_a_sheet_tells_the_stroke_in_its_unit(inches: catalogue.Stretch, tmp_path: Path) -> None:
     from catalogue.draw.datasheet_html import sheet_html
 
@@ -148,6 +150,7 @@ def test_a_file_that_must_have_a_unit_says_where_it_took_one(format: str, inches
     assert "[length]" in str(unknown.export(format="csv"))
 
 
+@pytest.mark.slow
 def test_a_crane_of_twenty_metres_stays_one(read_dxf: Callable[[str], Any]) -> None:
     crane = measured(20.0, "m")
     for unit in (None, "mm", "ft"):

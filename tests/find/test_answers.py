@@ -34,6 +34,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_answers_of_every_kind_are_picked_up_to_the_last_digit(
     ask: Callable[..., Found], small: Catalogue, file: Path
 ) -> None:
@@ -62,6 +63,7 @@ def test_the_same_answer_has_the_same_code_and_another_has_another(ask: Callable
     assert found.remember() == codes
 
 
+@pytest.mark.slow
 def test_a_code_is_good_in_another_process(ask: Callable[..., Found], file: Path) -> None:
     found = ask(LINE)
     code = found.remember()[0]
@@ -125,6 +127,7 @@ def test_files_of_answers_are_read_again(ask: Callable[..., Found], tmp_path: Pa
     assert json.loads(file.read_text())["version"] == catalogue.__version__
 
 
+@pytest.mark.slow
 def test_a_file_of_answers_holds_their_request(ask: Callable[..., Found], tmp_path: Path) -> None:
     found = ask(LINE, fixed_pivots_in=(-300, -math.inf, 300, 200))
     found.save(path := tmp_path / "answers.json")
@@ -268,6 +271,7 @@ def test_a_kind_that_is_none_is_said_in_one_short_line(kind: Any) -> None:
     assert len(str(told.value)) < 300
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("empty", [False, True])
 def test_results_are_unpickled_where_their_database_is_not(small_db: Path, tmp_path: Path, empty: bool) -> None:
     """They carry answers and what was told of the search; of none what would give one, in a few kilobytes."""

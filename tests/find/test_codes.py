@@ -131,6 +131,7 @@ def test_a_file_that_others_could_read_is_made_private(file: Path, monkeypatch: 
     assert stat.S_IMODE(foreign.stat().st_mode) == 0o644
 
 
+@pytest.mark.slow
 def test_any_damage_is_one_line_that_says_what_to_do(file: Path) -> None:
     """Bytes of the head and of the table are changed at random: some damage is harmless, none is a traceback."""
     kept = codes.keep([f'{{"record": {k}}}' for k in range(40)])

@@ -33,6 +33,7 @@ def test_cognates_are_what_they_say(ask: Ask, again: Any, request_: Any, wish: d
     assert all(c.cognate is None for c in ask(request_, limit=4, refine=False, **wish))
 
 
+@pytest.mark.slow
 def test_a_cognate_has_the_path_of_its_guide(ask: Ask) -> None:
     found = ask(StraightLine(150, 0.05), families=["four-bar"], limit=2000, per_series=0, cognates=True, refine=False)
     by_id: dict[int | None, list[Candidate]] = {}

@@ -41,6 +41,7 @@ def four_bar(ground: float, crank: float, coupler: float, rocker: float) -> dict
     return {"ground": ground, "crank": crank, "coupler": coupler, "rocker": rocker}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("links", [*(four_bar(*lengths) for lengths in STRETCHED), *SHORT])
 def test_chain_that_just_closes_is_told_to_be_immobile(links: dict[str, float]) -> None:
     one = guide({**links, **POINT})
@@ -69,6 +70,7 @@ def test_chain_a_little_longer_moves(links: dict[str, float]) -> None:
     assert not guide({**longer, **POINT}).is_immobile
 
 
+@pytest.mark.slow
 def test_point_that_rests_on_one_circuit_is_guided_on_the_other_only() -> None:
     """On one circuit of a kite the rocker stands still, and its pin with it."""
     rests = guide({**CROSSED["kite"], "along": 1, "across": 0})
@@ -118,6 +120,7 @@ def test_the_angle_at_the_end_says_which_way_round_the_crank_turns(name: str) ->
         assert row.drive_to - row.drive_from == pytest.approx(angles[-1] - angles[0], abs=1e-3)
 
 
+@pytest.mark.slow
 def test_no_warning_reaches_who_measures_or_classifies_crossed_chains() -> None:
     series = Registry().series
     with warnings.catch_warnings():
@@ -134,6 +137,7 @@ def test_no_warning_reaches_who_measures_or_classifies_crossed_chains() -> None:
                 classify(linkage)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arc", [False, True])
 def test_a_stroke_that_is_too_long_names_one_that_is_not(arc: bool) -> None:
     own: list[OwnGuide] = [guide({**four_bar(220, 100, 250, 250), "along": 125, "across": 80})]

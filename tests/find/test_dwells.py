@@ -156,6 +156,7 @@ def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[DwellCandi
         assert np.degrees(np.arcsin(sine.min())) >= d.min_transmission - 0.1
 
 
+@pytest.mark.slow
 def test_the_rocker_stands_still_between_the_angles_of_the_crank_that_are_told(found: list[DwellCandidate]) -> None:
     count = 2880
     for d in found:
@@ -169,6 +170,7 @@ def test_the_rocker_stands_still_between_the_angles_of_the_crank_that_are_told(f
             assert least <= np.ptp(angle[during]) <= most
 
 
+@pytest.mark.slow
 def test_size_is_the_diameter_of_all_pivots_and_the_path(found: list[DwellCandidate]) -> None:
     for d in found:
         inner = [complex(x, y) for pair in d.pivots for x, y, _ in pair] + guided_path(d, 540).tolist()
@@ -219,6 +221,7 @@ def test_constraints_hold(small: catalogue.Catalogue) -> None:
     assert found.to_pandas()["id"].tolist() == [d.id for d in found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [4, 5])
 def test_arcs_of_less_contact_than_asked_are_no_starts(small: catalogue.Catalogue, order: int) -> None:
     request_ = catalogue.StandStill(40, 1.0, 20)
@@ -231,6 +234,7 @@ def test_arcs_of_less_contact_than_asked_are_no_starts(small: catalogue.Catalogu
     assert min(orders[int(one)] for one in asked[0]["id"]) == order
 
 
+@pytest.mark.slow
 def test_an_impossible_dwell_is_empty_and_says_so(small: catalogue.Catalogue) -> None:
     found = small.find_dwells(catalogue.StandStill(290, 1e-6, 100))
     assert not len(found)

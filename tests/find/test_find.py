@@ -80,7 +80,6 @@ WISHES: list[dict[str, Any]] = [
     {"min_link": 40, "max_link": 400, "rank_by": "max_link"},
     {"max_ground": 200, "max_arm": 150, "rank_by": "transmission"},
     {"min_ground": 90, "pins_only": True, "rank_by": "size"},
-    {"rank_by": "size", "max_size": 600},
 ]
 
 
@@ -115,11 +114,9 @@ def test_so_are_others(ask: Ask, again: Again, request_: Any, wish: dict[str, An
 @pytest.mark.parametrize(
     ("request_", "wish"),
     [
-        (ARC, {}),
         (ARC, {"min_transmission": 45, "full_rotation": True}),
         (ARC, {"rank_by": "deviation", "max_size": 250}),
         (CircularArc(10, 1e-3, 300), {}),
-        (CircularArc(190, 1.0, 100), {"rank_by": "size"}),
         (CircularArc(100, 0.05), {"min_transmission": 45}),
         (CircularArc(20, 0.02, 30, start=(-3, 8), along=77), {}),
     ],
@@ -133,7 +130,7 @@ def test_circular_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[st
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("radius", [0.55, 1.2, 50.0, 1e6])
+@pytest.mark.parametrize("radius", [0.55, 50.0, 1e6])
 def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(
     ask: Ask, again: Again, naive: Any, radius: float
 ) -> None:
@@ -245,8 +242,7 @@ HOW: dict[str, Any] = {"families": ["four-bar"], "limit": 4, "min_transmission":
     "request_",
     [
         StraightLine(8.0, 8e-3, start=(300.0, -7.0), along=90.0), StraightLine.between((5.0, 2.0), (1.0, 2.0), 4e-3),
-        StraightLine(10.0, 1e-2, start=(300.0, -7.0), along=33.0), StraightLine(25.4, 25.4e-3),
-        StraightLine(1e-3, 1e-6), StraightLine(1e-300, 1e-303), StraightLine(1e300, 1e297),
+        StraightLine(1e-300, 1e-303), StraightLine(1e300, 1e297),
     ],
     ids=str,
 )  # fmt: skip
@@ -260,8 +256,7 @@ def test_a_line_that_is_scaled_moved_and_turned_has_the_same_answers(ask: Ask, r
     "request_",
     [
         CircularArc.between((1.0, 2.0), (1.0, 18.0), 16e-3, 20.0),
-        CircularArc(10.0, 1e-2, 12.5, start=(-30.0, 4.0), along=-160.0), CircularArc(1e-300, 1e-303, 1.25e-300),
-        CircularArc(1e300, 1e297, 1.25e300),
+        CircularArc(1e-300, 1e-303, 1.25e-300),
     ],
     ids=str,
 )  # fmt: skip
@@ -318,6 +313,7 @@ def test_every_criterion_is_one_that_is_tested_here() -> None:
     assert set(PRICE) == set(CRITERIA)
 
 
+@pytest.mark.slow
 def test_a_mix_weighs_its_criteria(ask: Ask) -> None:
     how: dict[str, Any] = {"limit": 10, "per_series": 0, "refine": False}
     mix = ask(LINE, rank_by="size=1,transmission=4", **how)
@@ -347,7 +343,6 @@ def test_limit_and_variety(ask: Ask) -> None:
 @pytest.mark.parametrize(
     ("wanted", "families"),
     [
-        ({}, 2),
         ({"fixed_pivots_in": (-400, -400, 400, 400)}, 2),
         ({"pins_only": True, "min_transmission": 40}, 1),
     ],
@@ -386,9 +381,7 @@ def worse(one: float, other: float) -> bool:
 @pytest.mark.parametrize(
     ("name", "bounds", "criterion", "wish"),
     [
-        ("max_size", (900, 500, 300), "balance", {"effort": 2}),
-        ("min_transmission", (10, 40, 70), "balance", {"effort": 2}),
-        ("max_link", (500, 200), "balance", {"effort": 2}),
+        ("max_size", (900, 300), "balance", {"effort": 2}),
         ("min_transmission", (45, 60, 70), "size", {"families": ["four-bar"]}),
         ("max_size", (300, 220), "score", {"families": ["four-bar"]}),
     ],
@@ -448,7 +441,7 @@ def test_a_looser_tolerance_gives_nothing_worse(ask: Ask) -> None:
 @pytest.mark.parametrize(
     ("criterion", "constraints"),
     [
-        *((name, {}) for name in ("score", "size", "deviation")),
+        ("score", {}),
         ("size", {"min_transmission": 45, "max_size": 400}),
     ],
 )

@@ -37,6 +37,7 @@ def same(found: Any, expected: Any) -> bool:
     return found is None or found != found if expected is None else bool(found == expected)
 
 
+@pytest.mark.slow
 def test_every_cell_is_what_is_stored(small: Catalogue, tables: sqlite3.Connection) -> None:
     guides, mechanisms = by_key(tables, "guide", "id"), by_key(tables, "mechanism", "id")
     frame = small.guides()
@@ -50,6 +51,7 @@ def test_every_cell_is_what_is_stored(small: Catalogue, tables: sqlite3.Connecti
         assert {name: value for name, value in parameters.items() if value == value} == json.loads(stored["parameters"])
 
 
+@pytest.mark.slow
 def test_every_reach_stands_beside_its_guide(small: Catalogue, tables: sqlite3.Connection) -> None:
     stored, guides = by_key(tables, "reach", "guide_id", "level"), small.guides().set_index("id")
     frame = small.guides(reaches=True)
@@ -111,6 +113,7 @@ def test_a_find_loads_no_data_frames(small_db: Path) -> None:
     assert done.stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_frames_of_few_guides_are_the_whole_frame(small: Catalogue) -> None:
     for reaches in (False, True):
         whole = small.guides(reaches=reaches, order=3)

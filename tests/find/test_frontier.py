@@ -70,6 +70,7 @@ def least(rows: list[Stretch]) -> float:
     return min((row.deviation for row in rows), default=math.inf)
 
 
+@pytest.mark.slow
 @every_family
 @pytest.mark.parametrize("count", EACH)
 @pytest.mark.parametrize("limit", [1, 4])
@@ -88,6 +89,7 @@ def test_the_two_questions_do_not_contradict_each_other(family: str, count: int,
     assert count == 1 or len(longest) > count / 3
 
 
+@pytest.mark.slow
 @every_family
 @pytest.mark.parametrize("count", EACH)
 def test_no_window_of_dense_samples_is_straighter(naive: SimpleNamespace, family: str, count: int) -> None:
@@ -101,6 +103,7 @@ def test_no_window_of_dense_samples_is_straighter(naive: SimpleNamespace, family
         assert min((deviation for _, deviation in found), default=math.inf) <= (1 + CLOSE) * best + 1e-9 * stroke
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("along", np.linspace(-1, 2, 4))
 def test_a_slider_crank_once_refuted_is_told_truly(naive: SimpleNamespace, along: float) -> None:
     one = guide(Linkage([REFUTED]), (float(along), 0.5))
@@ -110,6 +113,7 @@ def test_a_slider_crank_once_refuted_is_told_truly(naive: SimpleNamespace, along
         assert least([*measure(one, stroke=stroke)]) <= (1 + CLOSE) * best
 
 
+@pytest.mark.slow
 def test_no_window_is_straighter_than_its_bound_where_pieces_are_unequal() -> None:
     """Where a trammel passes close by a cusp a piece is six times as long as the others: one window in a hundred there
     was four times as straight as its bound."""
@@ -127,6 +131,7 @@ def test_no_window_is_straighter_than_its_bound_where_pieces_are_unequal() -> No
     assert np.isin(13, cells.circuit[there])
 
 
+@pytest.mark.slow
 @every_family
 @pytest.mark.parametrize("radius", [None, 3.0])
 @pytest.mark.parametrize("circle", [False, True])
@@ -149,6 +154,7 @@ def test_no_window_of_a_cell_is_straighter_than_its_bound(
         assert (cells.least[there] < 1.5 * at.deviation[there] + 1e-9 * stroke[cells.circuit[there]]).mean() > 0.999
 
 
+@pytest.mark.slow
 def test_a_window_at_the_limit_of_its_turn_is_moved_not_dropped() -> None:
     """Near a sharp bend nine windows of ten turn too far; the rest begins within a hundredth of a radian."""
     family = drawn("slider-crank", 66)
@@ -170,6 +176,7 @@ def test_a_window_at_the_limit_of_its_turn_is_moved_not_dropped() -> None:
     assert at_limit >= 1
 
 
+@pytest.mark.slow
 def test_one_best_window_of_many_is_that_of_each_alone() -> None:
     every = [one for one, _ in drawn("four-bar", 12)]
     together = measure(every, stroke=0.5, limit=1)

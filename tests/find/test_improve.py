@@ -156,6 +156,7 @@ def test_what_is_shown_first_is_the_guide_where_it_stands(guide: OwnGuide, beari
     np.testing.assert_allclose(shown.pivots, seen.pivots, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_copies_have_the_pivots_that_are_held(mine: OwnGuide) -> None:
     at = mine.measure(stroke=120)[0]
     request = StraightLine(120, 0.3, (at.start[0], at.start[1]), at.along)
@@ -188,6 +189,7 @@ def test_what_cannot_be_done_is_said(mine: OwnGuide, request_: Any, how: dict[st
         improve(mine, request_, **how)
 
 
+@pytest.mark.slow
 def test_nothing_found_says_what_to_do(mine: OwnGuide) -> None:
     held = ("crank 1", "crank 2", "frame", "coupler", "point along", "point across")
     found = improve(mine, StraightLine(120, 1e-6), hold=held)

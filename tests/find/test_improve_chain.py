@@ -89,6 +89,7 @@ def test_an_exact_mechanism_is_not_improved() -> None:
     assert found.before.deviation < 1e-13
 
 
+@pytest.mark.slow
 def test_what_cannot_be_meant_is_refused() -> None:
     mine = mechanism(JANSEN)
     line = StraightLine(30, 0.3)

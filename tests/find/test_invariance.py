@@ -22,8 +22,8 @@ def same(one: Found, other: Found) -> None:
     assert [c.guided for c in one] == [c.guided for c in other]
 
 
-@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
-@pytest.mark.parametrize("plain", ["size=1", "size=1,transmission=0.5", "transmission=1"])
+@pytest.mark.slow
+@pytest.mark.parametrize(("request_", "plain"), [(LINE, "size=1,transmission=0.5"), (ARC, "transmission=1")])
 def test_scale_of_weights_changes_no_answer(ask: Callable[..., Found], request_: PathRequest, plain: str) -> None:
     def scaled(by: float) -> dict[str, float]:
         return {name: by * float(weight) for name, weight in (part.split("=") for part in plain.split(","))}
@@ -62,7 +62,7 @@ def seen(box: Box, length: float, *, across: bool = False, along: bool = False) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("across", "along"), [(True, False), (False, True), (True, True)])
+@pytest.mark.parametrize(("across", "along"), [(True, False), (False, True)])
 def test_a_mirror_changes_no_answer(ask: Callable[..., Found], across: bool, along: bool) -> None:
     expected = ask(StraightLine(150, 0.5), fixed_pivots_in=REGION, **ROOMY)
     region = seen(REGION, 150, across=across, along=along)
@@ -93,10 +93,9 @@ def test_a_mirror_changes_no_answer_along_an_arc_nor_beside_a_zone(ask: Callable
     [
         (StraightLine(150, 0.5, (1000, -700)), (840, -1000, 1250, -720), 500.0),
         (StraightLine(150, 0.5, along=90), (20, -160, 300, 250), 500.0),
-        (StraightLine(150, 0.5, (150, 0), along=180), REGION, 500.0),
         (StraightLine(150 / 25.4, 0.5 / 25.4, unit="in"), tuple(x / 25.4 for x in REGION), 500 / 25.4),
     ],
-    ids=["place", "direction", "other way", "unit"],
+    ids=["place", "direction", "unit"],
 )
 def test_place_direction_and_unit_change_no_answer(
     ask: Callable[..., Found], request_: PathRequest, region: Box, size: float
@@ -109,11 +108,10 @@ def test_place_direction_and_unit_change_no_answer(
 @pytest.mark.parametrize(
     "options",
     [
-        {"families": ["four-bar", "slider-crank"]},
-        {"series": ["I.GG", "II.xy"]},
+        {"families": ["four-bar", "slider-crank"], "series": ["I.GG", "II.xy"]},
         {"keep_out": [ZONE, (100, 30, 160, 90)]},
     ],
-    ids=["families", "series", "zones"],
+    ids=["names", "zones"],
 )
 def test_the_order_of_what_is_listed_changes_no_answer(ask: Callable[..., Found], options: dict[str, Any]) -> None:
     turned = {name: values[::-1] for name, values in options.items()}

@@ -131,6 +131,7 @@ def test_a_linkage_without_such_a_stretch_is_told_why() -> None:
     assert "or less" in found.explain()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [{}, {"arc": True}, {"radius": 3.0}, {"radius": 1e9}])
 def test_a_deviation_too_small_is_told_with_one_that_is_not(kind: dict[str, Any]) -> None:
     found = measure(guide(HOEKEN), deviation=1e-16, **kind)
@@ -181,6 +182,7 @@ def test_stretches_of_one_circuit_do_not_cover_one_another(stroke: float | None,
         assert covered.mean() < 0.6, (a.drive_from, b.drive_from)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1e-4, 1e4])
 @pytest.mark.parametrize("arc", [False, True], ids=["line", "arc"])
 def test_a_stretch_is_the_same_in_any_unit(unit: float, arc: bool) -> None:

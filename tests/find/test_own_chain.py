@@ -42,6 +42,7 @@ def four_bar() -> tuple[Any, OwnChain]:
     return linkage, OwnChain.of({"joints": joints, "bars": bars, "drive": "crank", "point": "P"})
 
 
+@pytest.mark.slow
 def test_a_four_bar_of_bars_is_measured_as_the_linkage() -> None:
     linkage, chain = four_bar()
     known = [one for one in linkage.measure(stroke=120) if one.given]
@@ -62,6 +63,7 @@ def test_a_four_bar_of_bars_moves_as_the_linkage() -> None:
     np.testing.assert_allclose(found.accelerations["P"][0], known.accelerations["guided"][0], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_deviation_is_that_of_the_narrowest_strip() -> None:
     best = mechanism(CHEBYSHEV).measure(stroke=4)[0]
     s = np.linspace(best._window[0], best._window[1], 2001)
@@ -71,17 +73,20 @@ def test_the_deviation_is_that_of_the_narrowest_strip() -> None:
     assert np.ptp(turned.real) == pytest.approx(4, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_longest_stretch_keeps_within_the_deviation() -> None:
     best = mechanism(JANSEN).measure(deviation=0.5)[0]
     assert best.stroke > 20
     assert best.deviation <= 0.5 * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_an_exact_mechanism_is_told_as_exact() -> None:
     best = mechanism(PEAUCELLIER).measure(stroke=3)[0]
     assert best.deviation < 1e-13
 
 
+@pytest.mark.slow
 def test_arcs_are_measured_too() -> None:
     found = mechanism(JANSEN).measure(stroke=40, radius=100)
     assert found[0].radius == 100
@@ -89,12 +94,14 @@ def test_arcs_are_measured_too() -> None:
     assert mechanism(JANSEN).measure(stroke=40, arc=True)[0].deviation <= found[0].deviation * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_stretch_on_the_way_back_is_listed_once() -> None:
     found = mechanism(BICYCLE).measure(stroke=40)
     starts = [complex(*one.start) for one in found]
     assert len({(round(z.real, 3), round(z.imag, 3)) for z in starts}) == len(starts)
 
 
+@pytest.mark.slow
 def test_size_and_transmission_are_those_over_the_stroke() -> None:
     best = mechanism(JANSEN).measure(stroke=30)[0]
     at = best.circuit.poses(np.linspace(best._window[0], best._window[1], 400)[:, None])
@@ -121,6 +128,7 @@ def test_the_table_has_every_bar_and_joint_with_its_unit() -> None:
     np.testing.assert_allclose(inches["axle x [in]"] * 25.4, table["axle x [mm]"])
 
 
+@pytest.mark.slow
 def test_a_pushed_mechanism_counts_its_way() -> None:
     bars = {"frame": ["D"], "piston": ["B"], "rod": ["B", "C"], "rocker": ["C", "D", "P"]}
     joints = {"D": [0, 0], "B": [-3, 0.5], "C": [-0.5, 1], "P": [2, 2]}
@@ -131,6 +139,7 @@ def test_a_pushed_mechanism_counts_its_way() -> None:
     assert mine.measure(stroke=0.5, arc=True)[0].deviation < 1e-6  # a rocker leads along a circle
 
 
+@pytest.mark.slow
 def test_a_stretch_keeps_its_code_and_comes_back(tmp_path: Path) -> None:
     found = mechanism(JANSEN).measure(stroke=30)
     (code, *_) = found.remember()
@@ -155,6 +164,7 @@ def test_a_record_that_disagrees_with_its_mechanism_is_refused() -> None:
         answer({**held, "code": code_of(text_of(held))})
 
 
+@pytest.mark.slow
 def test_units_are_converted() -> None:
     best = mechanism(BICYCLE).measure(stroke=40)[0]
     assert isinstance(best, ChainStretch)
@@ -187,6 +197,7 @@ def test_a_bar_named_as_a_column_has_one_of_its_own() -> None:
         assert table[name].tolist() == plain[name].tolist()
 
 
+@pytest.mark.slow
 def test_it_is_drawn(tmp_path: Path) -> None:
     mine = mechanism(JANSEN)
     for one, file in ((mine, "still.svg"), (mine.measure(stroke=30)[0], "stretch.svg")):
@@ -200,6 +211,7 @@ def test_it_is_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "stretch.svg").read_bytes() == again
 
 
+@pytest.mark.slow
 def test_what_cannot_be_asked_is_refused() -> None:
     mine = mechanism(JANSEN)
     assert "on no circuit does its point run forward over a stroke of 500" in mine.measure(stroke=500).explain()

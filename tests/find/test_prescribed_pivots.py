@@ -32,6 +32,7 @@ def strays(c: catalogue.Candidate, naive: SimpleNamespace, request: Any) -> floa
     return float(np.abs(np.abs(path - centre) - request.radius).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("by", [np.exp(0.4j), 3e5 * np.exp(0.4j), 2e-6 * np.exp(1.3j)])
 def test_what_is_rounding_where_equations_are_singular_is_no_answer(naive: SimpleNamespace, by: complex) -> None:
     """As where both pivots stand across from the point: turned, as then nothing that vanishes is exactly 0."""
@@ -117,6 +118,7 @@ def test_given_pivots_stand_where_they_were_given_in_any_unit_and_frame(ask: Ask
         np.testing.assert_allclose([p[0][:2] for p in b.pivots], there, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_crank_that_cannot_follow_is_said_so(ask: Ask) -> None:
     found = ask(LINE, crank=((-0.2, 0.6), (0.4, 0.2)))
     assert not len(found)

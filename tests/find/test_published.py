@@ -38,6 +38,7 @@ def test_textbook_linkage_is_recognised(name: str) -> None:
     assert one.nearest.residual < 1e-12
 
 
+@pytest.mark.slow
 @each
 def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str) -> None:
     series, pivots, *_ = TEXTBOOK[name]

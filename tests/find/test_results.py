@@ -116,6 +116,7 @@ def test_a_score_is_what_its_parts_make_by_hand(found: Found) -> None:
     assert [c.score for c in found] == sorted((c.score or 0 for c in found), reverse=True)
 
 
+@pytest.mark.slow
 def test_play_as_large_as_the_allowance_uses_up_the_tolerance(small: Catalogue) -> None:
     """With play as large as the allowance the path keeps what was asked, and no more."""
     c = small.find(LINE, limit=1, families=["four-bar"], refine=False)[0]

@@ -28,6 +28,7 @@ def team(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_another_user_finds_an_answer_by_its_code(
     small: Catalogue, team: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -42,6 +43,7 @@ def test_another_user_finds_an_answer_by_its_code(
         recall(mine[0])
 
 
+@pytest.mark.slow
 def test_an_address_is_shared_as_a_folder_is(small: Catalogue, team: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("fsspec")
     monkeypatch.setenv("CATALOGUE_SHARE", "memory://team/answers")

@@ -31,6 +31,7 @@ def slides(naive: SimpleNamespace) -> Callable[[Candidate], list[tuple[str, comp
     return followed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_travel_and_size_are_those_of_the_second_measurement(
     ask: Ask, again: Callable[..., Again], request_: Any
@@ -43,6 +44,7 @@ def test_travel_and_size_are_those_of_the_second_measurement(
         assert c.size == pytest.approx(there.size, rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kinds"), [("fixed_pivots_in", ("PR",)), ("pivots_in", ("PR", "RP"))])
 def test_no_rail_leaves_the_box_of_the_pivots(
     ask: Ask, slides: Callable[..., Any], name: str, kinds: tuple[str, ...]
@@ -62,6 +64,7 @@ def test_no_rail_leaves_the_box_of_the_pivots(
     assert held or not len(ask(request, **wish, families=["slider-crank"], per_series=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["keep_out", "swept_in"])
 def test_no_rail_runs_through_a_zone_or_out_of_the_room(ask: Ask, slides: Callable[..., Any], kind: str) -> None:
     """The zone lies where the rail of the best answer is, clear of its pivots in mid-stroke."""
@@ -85,6 +88,7 @@ def test_no_rail_runs_through_a_zone_or_out_of_the_room(ask: Ask, slides: Callab
             assert (inside == (kind == "swept_in")).all()
 
 
+@pytest.mark.slow
 def test_travel_is_bounded_and_told_what_it_would_have_to_be(ask: Ask) -> None:
     wish: dict[str, Any] = {"families": ["slider-crank"], "per_series": 0}
     free = [c.travel for c in ask(LINE, **wish)]
@@ -98,6 +102,7 @@ def test_travel_is_bounded_and_told_what_it_would_have_to_be(ask: Ask) -> None:
     assert "--max-travel" in none.explain()
 
 
+@pytest.mark.slow
 def test_the_first_answers_have_no_rail_that_could_guide_by_itself(ask: Ask) -> None:
     found = ask(StraightLine(150, 0.05))
     assert len(found) >= 10

@@ -18,6 +18,7 @@ from catalogue.search.search import Search
 LINE = StraightLine(100, 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "constraints", "rank_by"),
     [
@@ -45,6 +46,7 @@ def test_a_looser_request_has_no_worse_answer(
     assert without > now + 1e-4 * abs(now), "of itself it would not be found"
 
 
+@pytest.mark.slow
 def test_an_answer_is_found_where_it_was_when_the_frame_is_another(small: Catalogue) -> None:
     here = StraightLine(100, 0.1, start=(30, -20), along=35)
     found = small.find(here, families="four-bar", min_transmission=40, limit=1, effort=2)
@@ -53,18 +55,21 @@ def test_an_answer_is_found_where_it_was_when_the_frame_is_another(small: Catalo
     assert again[0].series == found[0].series
 
 
+@pytest.mark.slow
 def test_a_start_of_another_stroke_is_taken_in_its_shape(small: Catalogue) -> None:
     found = small.find(StraightLine(10, 0.01), families="four-bar", min_transmission=40, limit=1, effort=2)
     again = small.find(LINE, families="four-bar", min_transmission=40, limit=1, starts=found, refine=False)
     np.testing.assert_allclose(np.array(again[0].pivots)[..., :2], 10 * np.array(found[0].pivots)[..., :2], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_starts_of_other_sorts_are_left_out(small: Catalogue) -> None:
     found = small.find(LINE, families="four-bar", limit=3)
     again = small.find(LINE, families="slider-crank", limit=3, starts=found)
     assert {one.family for one in again} == {"slider-crank"}
 
 
+@pytest.mark.slow
 def test_a_stretch_of_a_linkage_of_ones_own_is_a_start(small: Catalogue) -> None:
     own = catalogue.guide([[[0, 0, 1], [100, 0, 1]], [[250, 0, 1], [150, 200, 1]]], (125, 220))
     stretch = catalogue.measure(own, stroke=20)[0]
@@ -85,6 +90,7 @@ def test_what_is_no_start_is_told(small: Catalogue, starts: Any, wanted: dict[st
         small.find(LINE, starts=starts, **wanted)
 
 
+@pytest.mark.slow
 def test_starts_beside_given_pivots_are_refused(small: Catalogue) -> None:
     found = small.find(LINE, limit=1)
     for wanted in ({"slots": True}, {"fixed_pivots": ((0, 50), (60, 50))}):

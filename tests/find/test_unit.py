@@ -125,6 +125,7 @@ def test_a_record_says_the_unit_and_one_of_an_older_version_says_none(one: Any) 
             answers.of_record({**held, "unit": "ell"})
 
 
+@pytest.mark.slow
 def test_an_answer_has_the_unit_of_its_request(small: Catalogue) -> None:
     asked: dict[str, Any] = {"refine": False, "limit": 1, "families": ["four-bar"]}
     (inch,) = small.find(StraightLine(14, 0.1, unit="in"), **asked)
@@ -138,6 +139,7 @@ def test_an_answer_has_the_unit_of_its_request(small: Catalogue) -> None:
     assert arc.to_pandas()["unit"].tolist() == ["ft"]
 
 
+@pytest.mark.slow
 def test_dwells_have_the_crank_and_the_unit_that_are_asked_for(small: Catalogue) -> None:
     (one,), (inch,) = (small.find_dwells(StandStill(60, 1, 20, *more), limit=1) for more in ((), (2.0, "in")))
     assert (one.unit, inch.unit) == (None, "in")

@@ -40,6 +40,7 @@ def found(small: Catalogue) -> Callable[..., list[Candidate]]:
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", [None, "four-bar"])
 @pytest.mark.parametrize("angle", ANGLES)
 def test_answers_are_what_dense_samples_of_their_loops_say(
@@ -65,6 +66,7 @@ def test_answers_are_what_dense_samples_of_their_loops_say(
             assert one.kept_share == pytest.approx(0.95, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [200, 350])
 def test_a_record_keeps_the_angle(found: Callable[..., list[Candidate]], angle: float, tmp_path: Path) -> None:
     answers = found(angle)
@@ -82,6 +84,7 @@ def test_a_record_keeps_the_angle(found: Callable[..., list[Candidate]], angle: 
         catalogue.load(tmp_path / "changed.json")
 
 
+@pytest.mark.slow
 def test_records_of_other_answers_say_no_angle(small: Catalogue) -> None:
     """So that they keep the codes that they had."""
     for request in (StraightLine(150, 0.05), CircularArc(100, 0.5, 120)):
@@ -90,6 +93,7 @@ def test_records_of_other_answers_say_no_angle(small: Catalogue) -> None:
         assert one.arc_angle is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", ANGLES)
 def test_what_is_drawn_and_traced_goes_the_long_way_round(found: Callable[..., list[Candidate]], angle: float) -> None:
     for one in found(angle)[:2]:
@@ -109,6 +113,7 @@ def test_what_is_drawn_and_traced_goes_the_long_way_round(found: Callable[..., l
             assert (gone > 0) == (end == shown.path[0])  # the way on, round the same circle
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [180, 270])
 def test_files_hold_the_whole_arc(found: Callable[..., list[Candidate]], angle: float, tmp_path: Path) -> None:
     ezdxf = pytest.importorskip("ezdxf")
@@ -127,6 +132,7 @@ def test_files_hold_the_whole_arc(found: Callable[..., list[Candidate]], angle: 
     runpy.run_path(str(tmp_path / "a.py"))  # which asserts the deviation
 
 
+@pytest.mark.slow
 def test_the_frame_and_the_unit_of_an_arc_change_nothing(small: Catalogue) -> None:
     here = small.find(asked(250), limit=3)
     there = small.find(asked(250, start=(300, -20), along=35, unit="mm"), limit=3)
@@ -139,6 +145,7 @@ def test_the_frame_and_the_unit_of_an_arc_change_nothing(small: Catalogue) -> No
         assert other.in_unit("in").arc_angle == 250
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [180, 270, 350])
 def test_an_answer_is_measured_as_it_was_found(found: Callable[..., list[Candidate]], angle: float) -> None:
     for one in found(angle)[:2]:
@@ -150,6 +157,7 @@ def test_an_answer_is_measured_as_it_was_found(found: Callable[..., list[Candida
         assert (one.measure(radius=50, angle=angle, deviation=0.4)[0].allowance or 0) > 0
 
 
+@pytest.mark.slow
 def test_an_answer_is_improved_along_its_arc(found: Callable[..., list[Candidate]]) -> None:
     one = found(270, "four-bar")[-1]
     better = catalogue.improve(one, asked(270), rank_by="deviation", hold="crank 1")
@@ -172,6 +180,7 @@ def test_what_only_stored_guides_have_is_refused(small: Catalogue, more: dict[st
         small.find(asked(200), **more)
 
 
+@pytest.mark.slow
 def test_an_arc_that_no_guide_runs_along_is_said_so(small: Catalogue) -> None:
     nothing = small.find(asked(300), families="four-bar", max_size=60)
     assert not len(nothing)
@@ -179,12 +188,14 @@ def test_an_arc_that_no_guide_runs_along_is_said_so(small: Catalogue) -> None:
     assert "300\u00b0" in nothing.explain()
 
 
+@pytest.mark.slow
 def test_stored_guides_alone_are_said_to_follow_no_wide_arc(small: Catalogue) -> None:
     nothing = small.find(asked(200), refine=False)
     assert not len(nothing)
     assert "made to measure there: leave --no-refine out" in nothing.explain()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [200, 350])
 def test_constraints_hold_beyond_a_half_circle(small: Catalogue, angle: float) -> None:
     bounds: dict[str, Any] = {"families": "four-bar", "min_transmission": 40, "max_size": 180}

@@ -77,6 +77,7 @@ def batches(small: Catalogue, request: Any, monkeypatch: pytest.MonkeyPatch, **w
     return seen[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "request_",
     [StraightLine(150, 0.05), CircularArc(radius=50, angle=270, deviation=0.3)],
@@ -104,6 +105,7 @@ REQUESTS = [
 IDS = ["line", "slider", "arc", "any arc"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish"), REQUESTS, ids=IDS)
 def test_rates_by_tolerance_and_deviation_are_those_of_differences(
     small: Catalogue, request_: Any, wish: dict[str, Any], monkeypatch: pytest.MonkeyPatch
@@ -129,6 +131,7 @@ def test_rates_by_tolerance_and_deviation_are_those_of_differences(
     assert (by.by_deviation < 0).all()
 
 
+@pytest.mark.slow
 def test_rates_by_pivots_are_those_of_differences(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of sliders whose deviation is small, so that the sensitivities alone decide; half of them at least, others stand
     where two references change places."""
@@ -166,6 +169,7 @@ def test_paths_keep_the_tolerance_in_95_of_100_machines_drawn_at_the_allowance(s
             assert share == pytest.approx(0.95, abs=0.015)
 
 
+@pytest.mark.slow
 def test_hundreds_of_references_as_strict_as_one_another_all_count() -> None:
     """They end the reach in 400 directions of four coordinates, against normal numbers that are drawn."""
     rng = np.random.default_rng(2)
@@ -179,6 +183,7 @@ def test_hundreds_of_references_as_strict_as_one_another_all_count() -> None:
     assert kept.mean() == pytest.approx(0.95, abs=0.005)
 
 
+@pytest.mark.slow
 def test_an_allowance_does_not_depend_on_the_other_guides_of_a_batch(small: Catalogue, monkeypatch: Any) -> None:
     """Arcs of any radius, of which some are near a half circle and others shallow."""
     problem, found = batches(small, CircularArc(100, 0.05), monkeypatch, limit=12, per_series=0, pins_only=True)
@@ -212,6 +217,7 @@ def test_arcs_of_any_radius_keep_the_tolerance_in_95_of_100_machines(
             assert expected == pytest.approx(problem.deviation, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_bounded_allowance_of_an_arc_of_any_radius_is_that_which_is_listed(small: Catalogue) -> None:
     found = small.find(CircularArc(100, 0.05), min_allowance=0.2, limit=4, per_series=0)
     assert len(found) > 0

@@ -121,6 +121,7 @@ def narrowest(path: Any, radius: float, centre: complex) -> float:
     return min(float(simplex(width, [z.real, z.imag], method="Nelder-Mead", options=how).fun) for z in starts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["four-bar general", "four-bar fifth order"])
 def test_deviation_is_that_of_the_narrowest_annulus(key: str) -> None:
     """Of any radius: that of least squares gives up to an eighth more."""
@@ -184,6 +185,7 @@ def test_deviation_tends_to_its_law(code: str, key: str) -> None:
     assert off[1] < 0.5 * off[0]
 
 
+@pytest.mark.slow
 def test_points_that_rest_are_told_from_those_that_run() -> None:
     """Both in one batch, each as if alone."""
     guides, *_ = returning("III.KK", "four-bar general")
@@ -258,6 +260,7 @@ def test_returning_guides_are_found_and_are_what_they_say(
     assert not {c.id for c in found} & {c.id for c in others}
 
 
+@pytest.mark.slow
 def test_returning_guides_use_the_tolerance_whatever_it_is(held: Catalogue) -> None:
     """They are as small as it allows, though none is refined."""
     sizes = []

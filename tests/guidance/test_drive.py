@@ -76,6 +76,7 @@ def test_a_force_balance_gives_the_advantage(found: list[catalogue.Candidate]) -
         assert there >= c.advantage * (1 - 1e-4)
 
 
+@pytest.mark.slow
 def test_band_and_percent_are_the_deviation(found: list[catalogue.Candidate]) -> None:
     for c in found:
         assert c.band == 2 * c.deviation

@@ -136,6 +136,7 @@ def test_links_ground_and_arm_are_those_of_the_machine(slots: Made) -> None:
         assert m.max_arm[n] == pytest.approx(arm, abs=0.2 * float(traced.fit.stroke[n]), nan_ok=True)
 
 
+@pytest.mark.slow
 def test_bars_of_a_machine_with_a_slot_end_in_its_pivots_and_at_the_ends_of_its_slots(
     slots: Made, naive: SimpleNamespace
 ) -> None:

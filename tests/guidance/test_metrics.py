@@ -83,6 +83,7 @@ def test_as_many_poses_are_read_as_an_angle_needs(traced: Made) -> None:
     assert np.isfinite(few.min_transmission).all()
 
 
+@pytest.mark.slow
 def test_least_transmission_angle_lies_between_the_poses(random_linkages: Callable[..., Linkage]) -> None:
     """A four-bar's angle is least where a crank comes in line with the frame: nowhere near a pose."""
     guides, found = random_guides(random_linkages, "four-bar", 0.3)

@@ -43,12 +43,14 @@ def one(u: Array, v: Array, circle: bool, nodes: int = NODES) -> Fit:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("exponent", [-2, -4, -6, -8, -10, -11, -12, -13])
-@pytest.mark.parametrize("count", range(2, 9))
+@pytest.mark.parametrize(
+    ("count", "exponent"),
+    [(2, -2), (8, -2), (3, -4), (5, -6), (7, -8), (8, -10), (4, -11), (2, -12), (6, -13), (8, -13)],
+)
 def test_strip_is_the_narrowest(naive: Any, count: int, exponent: int) -> None:
     kind = np.longdouble if exponent < -10 else np.float64
     amplitude = 10.0**exponent
-    for seed in range(4):
+    for seed in (1, 2):
         c = waves(count, seed)
         t = grid(NODES, np.dtype(kind)).nodes
         u, v = run(seed, t), kind(amplitude) * chebyshev.chebval(t, c.astype(kind))
@@ -59,8 +61,11 @@ def test_strip_is_the_narrowest(naive: Any, count: int, exponent: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("angle", [1e-3, 0.03, 0.3, 1.0, 2.0, 2.9])
-@pytest.mark.parametrize(("count", "exponent"), [(3, -3), (4, -5), (5, -8), (6, -9), (8, -10), (3, -12), (6, -13)])
+@pytest.mark.parametrize(
+    ("count", "exponent", "angle"),
+    [(3, -3, 2.0), (3, -3, 1e-3), (4, -5, 0.03), (5, -8, 2.9), (6, -9, 1.0), (8, -10, 0.3), (3, -12, 0.3),
+     (6, -13, 2.9), (6, -13, 1e-3)],
+)  # fmt: skip
 def test_annulus_is_the_narrowest(naive: Any, count: int, exponent: int, angle: float) -> None:
     """The path lies on an arc of that central angle and unit chord, displaced along the normal."""
     kind = np.longdouble

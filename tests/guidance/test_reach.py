@@ -60,6 +60,7 @@ def test_a_little_more_does_not_hold(drawn: Drawn, scanned: Scanned, circle: boo
     assert ((longer.relative <= 10.0**level) & some).sum() < 0.03 * some.sum()
 
 
+@pytest.mark.slow
 def test_scan_stays_within_the_usable_extent(drawn: Drawn, scanned: Scanned) -> None:
     guides, order = drawn(circle=False)
     ladder = scanned(False)

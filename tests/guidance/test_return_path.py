@@ -37,6 +37,7 @@ def test_every_answer_lifts_as_far_as_is_asked(small: Catalogue, naive: SimpleNa
         assert lifted(naive, c) == pytest.approx(c.lift, rel=1e-4, abs=2 * c.deviation)
 
 
+@pytest.mark.slow
 def test_a_crank_that_swings_has_no_lift(small: Catalogue) -> None:
     found = small.find(LEG, limit=8)
     for c in found:

@@ -119,6 +119,7 @@ def test_a_narrow_peak_is_not_passed_over() -> None:
     assert as_needed > 500  # 536 at 1,201 even places along the path; none that is read is the highest
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["four-bar", "inverted-slider-crank"])
 def test_of_an_answer_along_an_arc_of_given_radius_it_is_across_that_arc(small: Catalogue, family: str) -> None:
     found = small.find(CircularArc(1, 0.01, 0.6), families=[family], max_size=3, limit=3)

@@ -22,6 +22,7 @@ SLIDING = [family for family, kinds in FAMILIES.items() if kinds != (RR, RR)]
 STROKE = 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("circle", [False, True], ids=["line", "arc"])
 @pytest.mark.parametrize("family", SLIDING)
 def test_travel_and_rails_are_those_of_the_closed_loop(

@@ -61,6 +61,7 @@ def test_the_guided_point_stands_at_every_station(small: Catalogue, request_: An
         np.testing.assert_allclose(rail[:, ~fixed], 0, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_the_largest_distance_is_about_the_deviation(small: Catalogue, request_: Any) -> None:
     there, found = stationed(small, request_, "four-bar", 24)
@@ -71,6 +72,7 @@ def test_the_largest_distance_is_about_the_deviation(small: Catalogue, request_:
     assert np.median(ratio) < 1.2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any arc"])
 def test_a_machine_moved_across_its_path_is_laid_where_it_was(small: Catalogue, request_: Any) -> None:
     """To move a machine across, and to turn it about the middle of a line, changes no design: its errors return."""
@@ -91,6 +93,7 @@ def test_a_machine_moved_across_its_path_is_laid_where_it_was(small: Catalogue, 
     np.testing.assert_allclose(moved.deviation[good], there.deviation[good], rtol=within, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_denser_stations_hold_those_that_were(small: Catalogue) -> None:
     there, _ = stationed(small, LINE, "four-bar")
     there = there[np.flatnonzero(there.reached)]
@@ -102,6 +105,7 @@ def test_denser_stations_hold_those_that_were(small: Catalogue) -> None:
     assert (denser.deviation >= there.deviation - 1e-15).all()
 
 
+@pytest.mark.slow
 def test_slopes_are_those_of_the_finite_motion(small: Catalogue) -> None:
     there, _ = stationed(small, LINE, "four-bar")
     there = there[np.flatnonzero(there.reached)]
@@ -124,6 +128,7 @@ def test_a_machine_that_reaches_too_short_reaches_no_station(random_linkages: Ca
     assert not there.reached.any()
 
 
+@pytest.mark.slow
 def test_by_curvature_is_the_difference(small: Catalogue) -> None:
     there, _ = stationed(small, ANY, "four-bar")
     there = there[np.flatnonzero(there.reached)]

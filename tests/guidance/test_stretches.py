@@ -142,6 +142,7 @@ def test_a_stretch_reaches_to_where_its_path_turns_back(flat: float, bearing: fl
     assert at.stroke.max() == pytest.approx(2 * half * (2 - flat), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_stretch_grows_along_a_ridge_of_its_deviation(naive: SimpleNamespace) -> None:
     """Both ends of the longest window of this path lie where two deviations are equal, so that it grows only if they
     move at different rates, between the directions of either and of both: 0.2 % were missed by eight directions."""
@@ -211,6 +212,7 @@ def off_the_best_circle(z: Array, radius: float) -> float:
     return best
 
 
+@pytest.mark.slow
 def test_many_circuits_are_searched_alike_without_threads(
     random_linkages: Maker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -246,6 +248,7 @@ def test_a_curve_is_as_long_as_its_path(random_linkages: Maker) -> None:
     assert np.abs(curves.length / np.abs(np.diff(found.pose(s).point(point), axis=0)).sum(0) - 1).max() < 5e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quick", [False, True])
 def test_a_window_is_moved_to_where_those_about_it_are_no_straighter(random_linkages: Maker, quick: bool) -> None:
     """Against 161 windows on either side, as far as it may go."""

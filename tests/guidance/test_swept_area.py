@@ -51,6 +51,7 @@ def each_alone(function: Callable[[Region, Array], Array], region: Region, swept
     return np.asarray(np.max([function(region, one[None]) for one in swept], axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REGIONS)
 def test_protrusion_is_that_of_samples(name: str, swept: Array) -> None:
     region = Region.of(name, REGIONS[name])

@@ -37,6 +37,7 @@ def cranks(family: str, count: int, seed: int = 4) -> tuple[Linkage, Array]:
     return Linkage(pivots), pin + draw.uniform(0.02, 0.2, count) * turned()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("angle", ANGLES)
 def test_deviation_and_ends_are_those_of_dense_samples(family: str, angle: float) -> None:
@@ -77,6 +78,7 @@ def test_a_parallelogram_is_exact_through_its_change_points() -> None:
         assert traced.fit.deviation[0] < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [170.0, 180.0, 250.0, 350.0])
 def test_a_best_placed_circle_is_that_of_linear_programmes(angle: float) -> None:
     points, half = grid(128), np.radians(angle / 2)
@@ -104,6 +106,7 @@ def test_fits_do_not_depend_on_their_neighbours() -> None:
         assert error[i] == pytest.approx(least[0], rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("angle", [180, 270])
 def test_no_arc_between_others_is_better_than_the_measured_one(family: str, angle: float) -> None:
@@ -129,6 +132,7 @@ def test_cranks_that_turn_fully_are_among_those_that_are_tried() -> None:
         assert (cranks(family, 40)[0].dyads == RR).any(1).all()
 
 
+@pytest.mark.slow
 def test_no_deviation_is_told_of_a_few_places_alone() -> None:
     """Where the descent ends far from the best place its extremes are not those that decide: this
     stretch deviated by 0.0131 as told, by 0.718 in truth; the best of the loop's deviates by 0.04225."""

@@ -162,6 +162,7 @@ def test_four_bars_have_two_circuits_by_the_rule_of_grashof(random_linkages: Mak
     np.testing.assert_array_equal(np.bincount(circuits(linkage).of), np.where(two, 2, 1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SPECIAL)
 @every_order
 def test_special_linkages_go_straight_through_their_change_points(

@@ -190,6 +190,7 @@ def test_a_similarity_keeps_family_proportions_and_angles(
             assert abs(carried / abs(carried) - moved.rays[i, j]) < blur
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds, scale=scales, shift=shifts, mirror=st.booleans())
 def test_a_similarity_is_undone_by_its_inverse(

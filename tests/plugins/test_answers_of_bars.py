@@ -41,6 +41,7 @@ def answer(name: str, family: str, circle: bool = False) -> CollectionCandidate:
     return replace(_candidate(collection, 7, 200.0, best, "mm"), start=(20.0, 15.0), along=120.0)
 
 
+@pytest.mark.slow
 @every
 def test_an_answer_is_a_stretch_where_its_path_was_asked_for(name: str, family: str) -> None:
     one = answer(name, family)
@@ -57,6 +58,7 @@ def test_an_answer_is_a_stretch_where_its_path_was_asked_for(name: str, family: 
     assert made.deviation_again() == pytest.approx(one.deviation, rel=1e-3, abs=1e-9)
 
 
+@pytest.mark.slow
 @every
 def test_an_answer_is_exported_and_has_a_sheet(name: str, family: str, tmp_path: Path) -> None:
     made: Any = mechanism(answer(name, family))
@@ -69,6 +71,7 @@ def test_an_answer_is_exported_and_has_a_sheet(name: str, family: str, tmp_path:
     made.export(tmp_path / "a.dxf")
 
 
+@pytest.mark.slow
 def test_an_arc_bulges_to_the_left_of_its_way() -> None:
     one = answer("six-bars", "watt-2", circle=True)
     made: Any = mechanism(one)

@@ -37,6 +37,7 @@ class TestLevelTables(CollectionContract):
     collection = Registry([str(Path(__file__).parents[1] / "collections" / "dropin")]).collection("level-tables")
 
 
+@pytest.mark.slow
 def test_tables_kept_level_do_not_turn() -> None:
     some = drawn(TestLevelTables.collection, "level-table")
     assert len(some) > 10
@@ -47,6 +48,7 @@ def drawn(collection: Collection, family: str, count: int = 30) -> list[Specimen
     return list(collection.draw(family, np.random.default_rng(2), count))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", TestExactCells.collection.families)
 def test_exact_cells_draw_straight_lines_to_rounding(family: str) -> None:
     some = drawn(TestExactCells.collection, family)
@@ -55,6 +57,7 @@ def test_exact_cells_draw_straight_lines_to_rounding(family: str) -> None:
     assert max(one.deviation for one in some) < 1e-13
 
 
+@pytest.mark.slow
 def test_platforms_of_cognates_do_not_turn() -> None:
     some = drawn(TestTranslatingPlatforms.collection, "cognate-platform")
     assert len(some) > 10
@@ -122,6 +125,7 @@ def test_what_planar_guides_cannot_answer_is_advised(small: Catalogue) -> None:
     assert {one.series for one in asked(line, series=["approximate"])} == {"approximate"}
 
 
+@pytest.mark.slow
 def test_six_bars_are_laid_along_the_path() -> None:
     """The guided joint runs from the origin to the stroke on +x, by the joints and the window alone."""
     from catalogue import mechanism
@@ -143,6 +147,7 @@ def test_six_bars_are_laid_along_the_path() -> None:
         )
 
 
+@pytest.mark.slow
 def test_every_six_bar_has_six_bars_and_seven_pins() -> None:
     for family, wanted in TestSixBars.collection.families.items():
         some = drawn(TestSixBars.collection, family, 10)
@@ -150,6 +155,7 @@ def test_every_six_bar_has_six_bars_and_seven_pins() -> None:
         assert {one.metrics["bars"] for one in some} == {6.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "family"), [("six-bars", "stephenson-3"), ("translating-platforms", "cognate-platform")]
 )
@@ -170,6 +176,7 @@ def test_refined_mechanisms_are_straighter_and_of_their_family(name: str, family
         assert max(m.metrics["rotation"] for m in after) < 1e-9
 
 
+@pytest.mark.slow
 def test_residuals_have_the_derivatives_of_differences() -> None:
     from catalogue.plugin.refine_mechanisms import _Problem
 

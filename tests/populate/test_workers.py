@@ -185,6 +185,7 @@ def test_a_process_without_threads_makes_blocks() -> None:
     assert block.count == 8
 
 
+@pytest.mark.slow
 def test_a_process_that_makes_blocks_imports_no_database() -> None:
     code = "import sys, catalogue.engines.worker, catalogue.populate.make\n"
     code += "print({'sqlalchemy', 'alembic', 'pandas'} & {*sys.modules})"

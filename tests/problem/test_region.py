@@ -60,6 +60,7 @@ def test_regions_refuse(name: str, given: Any, message: str) -> None:
         Constraints(**{name: given})
 
 
+@pytest.mark.slow
 @given(st.integers(3, 9), st.integers(0, 2**32 - 1))
 def test_polygon_holds_what_is_inside(naive: Any, corners: int, seed: int) -> None:
     """Against the sum of the angles under which the point sees the sides."""

@@ -92,6 +92,7 @@ def test_a_request_is_the_same_after_any_form(form: str, one: Request) -> None:
     assert again.problem == one.problem
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(one=REQUEST)
 def test_the_command_reads_a_request_in_toml(tmp_path_factory: pytest.TempPathFactory, one: Request) -> None:
@@ -175,6 +176,7 @@ ODD = [
 ]
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None)
 @given(st.dictionaries(st.sampled_from(NAMES), st.sampled_from(ODD), max_size=3))
 def test_odd_values_are_refused_as_requests(said: dict[str, Any]) -> None:
@@ -207,6 +209,7 @@ def test_a_request_is_changed_by_name() -> None:
     assert Request.of(CircularArc(50, 0.1)).with_(stroke=60).path == CircularArc(60, 0.1)
 
 
+@pytest.mark.slow
 def test_requests_are_equal_by_what_they_ask(small: Catalogue) -> None:
     one = Request.of(StraightLine(150, 0.5), families=["four-bar"], rank_by="size=1,transmission=1", limit=2)
     assert one == Request.of(

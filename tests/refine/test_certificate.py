@@ -128,6 +128,7 @@ def test_refined_deviations_alternate(small: Catalogue) -> None:
     assert after.max() <= 10
 
 
+@pytest.mark.slow
 def test_drift_is_the_least_residual_over_the_stroke(small: Catalogue) -> None:
     """One guide after the other, at places of their own; cognates, and what has no series, have none."""
     found = started(small, problem_of(StraightLine(1, 5e-3), series=["II.xy"]), 4)

@@ -148,6 +148,7 @@ def test_slopes_are_central_differences(
         assert some or (value == NONE).all(), f"{name} depends on nothing"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRIVE)
 @pytest.mark.parametrize("wish", [*({"families": [family]} for family in CRANKS), {"slots": True}], ids=str)
 def test_the_largest_piece_of_a_bound_on_the_drive_is_how_far_it_is_broken(
@@ -178,6 +179,7 @@ def test_the_largest_piece_of_a_bound_on_the_drive_is_how_far_it_is_broken(
     assert by[there].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wish", [wish for _, wish, _ in WISHES[:4]], ids=str)
 def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]) -> None:
     problem = problem_of(LINE, **wish)
@@ -201,6 +203,7 @@ def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]
     np.testing.assert_allclose(-at.pieces("transmission", told).value.max(1), told / 90, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", CRANKS)
 def test_the_largest_piece_of_a_room_is_how_far_a_linkage_reaches_out_of_it(small: Catalogue, family: str) -> None:
     """Read at 9 places of the stroke: no more than that, and hardly less; lifted to it."""
@@ -227,6 +230,7 @@ def test_a_region_is_the_same_whichever_way_round_it_is_given() -> None:
             np.testing.assert_allclose(by, slope, rtol=1e-12, atol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inside", [(-0.5, -0.5, 1.6, 0.5), POLYGON], ids=["box", "polygon"])
 def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside: Any) -> None:
     problem = problem_of(LINE, pivots_in=inside)
@@ -308,6 +312,7 @@ LIMITED: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", LIMITED, ids=str)
 def test_a_limit_is_broken_by_as_much_as_is_measured(small: Catalogue, wanted: dict[str, Any]) -> None:
     """A bound on the transmission is one over the stroke, also of a crank that is to turn fully."""
@@ -337,6 +342,7 @@ class _Bare:
         return len(self.point)
 
 
+@pytest.mark.slow
 def test_what_does_not_exist_concerns_nobody(small: Catalogue) -> None:
     problem = problem_of(LINE, families=["slider-crank"])
     at = Stations(problem, started(small, problem.with_constraints(swept_in=None), 6))
@@ -345,6 +351,7 @@ def test_what_does_not_exist_concerns_nobody(small: Catalogue) -> None:
     assert not slope.any()
 
 
+@pytest.mark.slow
 def test_links_and_ground_are_kept_from_collapsing(small: Catalogue) -> None:
     problem = problem_of(LINE, families=["four-bar"])
     found = started(small, problem, 6)

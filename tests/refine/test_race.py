@@ -91,6 +91,7 @@ def test_leaders_hold_on_their_finite_motion_what_the_race_says(
         assert refined.best_cost.min() < 1.1 * least
 
 
+@pytest.mark.slow
 def test_leaders_of_other_families_have_the_limits_of_theirs(small: Catalogue) -> None:
     """The rows of a batch depend on its families: those of the leaders alone are made anew."""
     problem = problem_of(LINE, "size", families=["four-bar", "slider-crank"], pivots_in=(-1, -2, 2, 2))
@@ -104,6 +105,7 @@ def test_leaders_of_other_families_have_the_limits_of_theirs(small: Catalogue) -
     assert len(few) == 3
 
 
+@pytest.mark.slow
 def test_what_a_race_costs_is_what_candidates_cost(small: Catalogue) -> None:
     problem = problem_of(LINE, "balance", **PINS, max_size=6.0)
     starts = starts_of(small, problem, 30)
@@ -155,6 +157,7 @@ def test_wide_arcs_are_not_raced() -> None:
     assert not is_raced(problem_of(CircularArc(radius=1, angle=270, deviation=1e-3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["score", "allowance", "size"])
 def test_machines_have_as_many_pieces_alone_as_together(small: Catalogue, rank_by: str) -> None:
     """Some gain by a smaller error and some do not: whichever gain in a round, they can take the places of others."""

@@ -33,7 +33,7 @@ WISHES: list[tuple[Any, Any, dict[str, Any]]] = [
 ]
 
 
-def poses(found: CandidateBatch, i: int, count: int = 801) -> tuple[Array, Array]:
+def poses(found: CandidateBatch, i: int, count: int = 401) -> tuple[Array, Array]:
     """Return the guided point and both moving pivots all over the stroke."""
     guides = found[np.array([i])].curve
     t = np.linspace(found.traced.low[i], found.traced.high[i], count)[:, None].astype(float)
@@ -69,6 +69,8 @@ def off_arc(path: Array, radius: float | None) -> float:
         a, b = np.block([[-columns, -one], [columns, -one]]), np.concatenate([-left, left]) / scale
         step = linprog([0, 0, 0, 1], A_ub=a, b_ub=b, bounds=[(-0.05 / scale, 0.05 / scale)] * 3 + [(0, None)]).x * scale
         centre, size = centre + complex(*step[:2]), size + step[2] * (radius is None)
+        if np.abs(step[:2]).max() < 1e-6:
+            break
     return float(np.abs(np.abs(path - centre) - size).max())
 
 
@@ -85,7 +87,7 @@ def breaks(found: CandidateBatch, i: int, request: Any, wish: dict[str, Any]) ->
     fixed, middle = found.linkage.points[i, :, 0], found.linkage.points[i, :, 1]
     off = off_line(path) if request.kind == "line" else off_arc(path, request.radius)
     assert off == pytest.approx(found.deviation[i], rel=5e-3)
-    corners = np.concatenate([fixed, middle, path[::50]])
+    corners = np.concatenate([fixed, middle, path[::25]])
     links = np.abs([middle[0] - fixed[0], middle[1] - fixed[1], middle[1] - middle[0]])
     angle = []
     for k in (0, 1):
@@ -125,7 +127,7 @@ def test_the_best_meet_all_constraints_and_cost_less(
     good = np.isfinite(run.best_cost)
     np.testing.assert_array_equal(feasibility(problem, run.best).all, good)
     np.testing.assert_allclose(cost(problem, run.best)[good], run.best_cost[good], rtol=1e-9)
-    for i in np.flatnonzero(good)[:6]:
+    for i in np.flatnonzero(good)[:3]:
         assert breaks(run.best, i, request_, wish) == []
     assert good[met].all(), "nothing that was found is lost"
     gain = cost(problem, start)[met] - run.best_cost[met]
@@ -154,7 +156,7 @@ def test_broken_starts_are_repaired(small: Catalogue, wish: dict[str, Any], rank
     run = Refinement.of(problem, start).run(12)
     repaired = np.isfinite(run.best_cost)
     assert repaired.sum() >= 0.3 * len(start)
-    for i in np.flatnonzero(repaired)[:6]:
+    for i in np.flatnonzero(repaired)[:3]:
         assert breaks(run.best, i, LINE, wish) == []
     left = feasibility(problem, run.best).total
     assert (left <= before + 1e-12).all()
@@ -192,6 +194,7 @@ def test_refinement_goes_on_where_it_was(small: Catalogue) -> None:
     assert whole.evaluated > len(start)
 
 
+@pytest.mark.slow
 def test_all_that_is_measured_is_counted(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"])
     counted = []
@@ -205,6 +208,7 @@ def test_all_that_is_measured_is_counted(small: Catalogue, monkeypatch: pytest.M
     assert run.evaluated == sum(counted) > 0
 
 
+@pytest.mark.slow
 def test_frozen_pivots_stay_under_a_nominal_that_stays(small: Catalogue) -> None:
     problem = problem_of(LINE, "deviation", families=["four-bar"])
     start = started(small, problem, 4)
@@ -257,6 +261,7 @@ def test_linear_errors_are_those_of_the_moved_linkage(small: Catalogue, request_
         assert left == pytest.approx(after.deviation[i], rel=0.05)
 
 
+@pytest.mark.slow
 def test_linear_errors_from_a_nominal_that_stays(small: Catalogue) -> None:
     problem = problem_of(LINE, "deviation", families=["four-bar"])
     found, nominal = started(small, problem_of(LINE, "size", families=["four-bar"]), 12), Nominal(1.0)
@@ -289,6 +294,7 @@ def test_distances_from_an_arc_are_those_from_its_centre(bend: float) -> None:
         np.testing.assert_allclose(by, (off(bend + 1e-5)[0] - off(bend - 1e-5)[0]) / 2e-5, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["swept_in", "keep_out"])
 def test_down_its_differences_a_near_constraint_is_broken_less(small: Catalogue, name: str) -> None:
     bent = [(-0.3, -0.4), (1.2, -0.4), (1.2, 0.5), (0.4, 0.3), (-0.3, 0.5)]  # of a convex room they are written down
@@ -322,6 +328,7 @@ def _least(error: Array, columns: Array) -> float:
     return float(found.fun * scale)
 
 
+@pytest.mark.slow
 def test_what_is_exact_is_led_into_its_constraints_and_stays_exact() -> None:
     """Among exact guides a smaller deviation is rounding, for which no constraint is given up."""
     problem = problem_of(CircularArc(1, 1e-3, 1.0), "deviation", families=["four-bar"], max_size=1.6)

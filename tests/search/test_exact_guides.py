@@ -114,6 +114,7 @@ def test_only_exact_guides_of_the_sort_asked_for_are_made(request_: Any, wanted:
     assert (set() if found is None else {*found.linkage.family}) == made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wanted"),
     [

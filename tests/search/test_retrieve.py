@@ -143,6 +143,7 @@ def test_an_estimate_is_near_what_is_measured(small: Catalogue, request_: Any) -
     assert (laid.deviation[there] < 1e-3).mean() > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, CircularArc(1, 1e-3)], ids=["line", "any arc"])
 def test_what_is_laid_unstretched_is_what_is_stored(small: Catalogue, request_: Any) -> None:
     problem = asked(request_)

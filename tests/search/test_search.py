@@ -140,6 +140,7 @@ def test_a_few_starts_are_enough_where_no_answer_can_be_much_better(
     assert 0 <= whole.cost.min() <= quick.cost.min() <= search.GAP
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wanted", "rank_by"),
     [
@@ -273,6 +274,7 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     assert len(answers) == np.isfinite(near.cost).sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stored", [True, False], ids=["that do not reach over the path", "of another family"])
 def test_where_no_stored_start_is_any_good_nothing_is_found_near(
     small: Catalogue, monkeypatch: pytest.MonkeyPatch, stored: bool

@@ -24,6 +24,7 @@ from catalogue.store import Database
 LINE = StraightLine(1, 1e-3)
 
 
+@pytest.mark.slow
 def test_no_stored_guide_is_a_start_twice(small: Catalogue) -> None:
     """But those of the short phase, which are starts again; and as many are given as are asked for, of each kind."""
     problem, report = Problem.of(LINE, Constraints(families=["four-bar"], max_size=4.0), Ranking()), SearchReport()
@@ -44,6 +45,7 @@ def test_no_stored_guide_is_a_start_twice(small: Catalogue) -> None:
     assert report.measured >= sum(len(batch) for batch in gathered if batch is not None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [1, READS])
 def test_what_a_build_replaces_meanwhile_is_read_again(
     small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int

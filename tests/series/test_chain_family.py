@@ -54,6 +54,7 @@ def test_wrong_data_are_told_in_one_line(change: dict[str, Any], wrong: str) -> 
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_family_is_stated_in_few_lines_and_draws_guides() -> None:
     collection = chain_collection("lambdas", "Lambda linkages", "Chebyshev", [ChainFamily(**GOOD)])
     some = collection.draw("lambda", np.random.default_rng(1), 20)
@@ -69,6 +70,7 @@ def test_mechanisms_that_cannot_be_closed_are_left_out() -> None:
     assert len(chain) == 1
 
 
+@pytest.mark.slow
 def test_well_known_cases_are_named() -> None:
     family = ChainFamily(**GOOD, special={"short": lambda p: p["crank"] < 0.4})
     collection = chain_collection("lambdas", "Lambda linkages", "Chebyshev", [family])

@@ -164,6 +164,7 @@ def test_a_table_names_all_series_that_hold() -> None:
     assert {name for names in table["series"] for name in names.split(", ")} >= {*REGISTRY.series}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", ["II.yy", "II*.yy", "I.yy"])
 def test_pivots_rounded_beside_a_dead_point_are_nearest_to_its_series(code: str) -> None:
     """A dead point of mode II is a dead point too, which I.yy must not say first."""

@@ -310,6 +310,7 @@ def test_a_stored_design_has_its_curvature_and_no_batch(small: catalogue.Catalog
     assert drawn.name is not None or set(drawn.provenance) == {"plugin", "plugin_version", "plan", "seed", "number"}
 
 
+@pytest.mark.slow
 def test_a_guide_has_the_reaches_that_are_stored_of_it_be_it_one_alone(small: catalogue.Catalogue) -> None:
     stored = small.database.plain({"guide_id": int, "level": int}, "FROM reach ORDER BY guide_id, level DESC")
     number, first, count = np.unique(stored["guide_id"], return_index=True, return_counts=True)
@@ -390,6 +391,7 @@ def test_show_compares_with_the_straightest_held_of_the_series_on_the_same_strok
     assert json.loads(done.stdout)[0]["id"] == best["id"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", ["1000", "abcdefg", "watt"])
 def test_show_traces_no_other_named_guide(small_db: Path, reference: str, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
@@ -407,6 +409,7 @@ def test_two_designs_of_one_name_are_refused(tmp_path: Path, monkeypatch: pytest
         _entries.__wrapped__()
 
 
+@pytest.mark.slow
 def test_show_of_an_exact_guide_compares_it_with_nothing(small_db: Path) -> None:
     assert json.loads(shown(small_db, "archimedes", "--format", "json"))["design"]["best_of_series"] is None
     assert "; exact" in shown(small_db, "archimedes")

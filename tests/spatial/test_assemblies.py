@@ -29,6 +29,7 @@ def counted(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, name: 
     assert found.count.tolist() == [exhaustive.count(m, q, i) for i in range(n)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["III", "V"])
 def test_elimination_finds_what_an_exhaustive_search_finds(
     spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, name: str

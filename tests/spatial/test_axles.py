@@ -89,6 +89,7 @@ def agrees(mechanism: Mechanism, expected: Any, body: str = "wheel") -> None:
     assert np.abs(table["camber [deg]"] - camber).max() < close
 
 
+@pytest.mark.slow
 def test_five_links() -> None:
     mechanism = Mechanism([Link("ground", a, "wheel", b) for a, b in zip(INNER, OUTER, strict=True)])
     agrees(mechanism, Carrier([*OUTER, CENTRE, ALONG]).path(lengths(INNER, OUTER), Z, 5))
@@ -113,6 +114,7 @@ BALLS = [(0, 720, -90.0), (5, 690, 215.0)]
 ROD = [(110, 420, -10.0), (115, 700, -5.0)]
 
 
+@pytest.mark.slow
 def test_double_wishbone() -> None:
     """Wishbones as bodies on revolute joints, beside two links each for the other solver."""
     mechanism = Mechanism(
@@ -134,6 +136,7 @@ def test_double_wishbone() -> None:
     agrees(mechanism, carrier.path(conditions, Z, 3))
 
 
+@pytest.mark.slow
 def test_mcpherson() -> None:
     """The upper mount stays on the axis of the strut, which the carrier holds: a line that the carrier moves."""
     mount, low = np.array([-20, 600, 560.0]), np.array([0, 680, 120.0])

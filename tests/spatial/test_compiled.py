@@ -39,6 +39,7 @@ from tests.attacks.spatial_folds import drawn
 from tests.spatial.test_axles import BALLS, CENTRE, INNER, LOWER, OUTER, ROD, UPPER
 from tests.spatial.test_jointed import RSSR, random_mechanism, rssr
 
+pytestmark = pytest.mark.slow  # also what imports numba alone takes a second
 needs_numba = pytest.mark.skipif(find_spec("numba") is None, reason="numba, of the extra `fast`, is not installed")
 CRANK = Revolute("crank", (0, 0, 0), axis=(0, 0, 1))
 TILTED, BESIDE = (0.3, 0.4, 1.0), (4.0, 0.5, 0.2)
@@ -178,7 +179,6 @@ def test_rates_and_twists_are_the_same(name: str, monkeypatch: pytest.MonkeyPatc
 
 
 @needs_numba
-@pytest.mark.slow
 def test_random_mechanisms_move_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """150 five links, RSCR and RSSR, most of which do not get as far as asked."""
     draw = np.random.default_rng(8)

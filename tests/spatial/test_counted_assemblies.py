@@ -40,6 +40,7 @@ def postures(angles: Any, starts: int) -> int:
     return len(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("angles", "count"),
     [([0.8, 2.5, 1.7, -1.7, -1.3, 2.3], 16), ([-2.6, -1.7, 1.9, 0.5, -2.6, -0.4], 12)],
@@ -94,6 +95,7 @@ def platform() -> tuple[Any, Any]:
             return BASE, lengths(best.x)[0]
 
 
+@pytest.mark.slow
 def test_a_platform_with_forty_postures_says_what_may_be_missing_and_finds_all(tmp_path: Path) -> None:
     base, top = platform()
     made = Mechanism(

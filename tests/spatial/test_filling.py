@@ -16,7 +16,7 @@ from catalogue.spatial.guided import compiled
 Make = Callable[..., tuple[Any, Any]]
 
 
-@pytest.fixture(autouse=True, params=["numpy", "numba"])
+@pytest.fixture(autouse=True, params=["numpy", pytest.param("numba", marks=pytest.mark.slow)])
 def by(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """By what motions are computed."""
     way = str(request.param)
@@ -55,6 +55,7 @@ def marched(spatial: SimpleNamespace, m: Any, path: Any, start: Any) -> Any:
         return spatial.follow(m, path, start)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", ["pose", "euler-angles", "distances"])
 @pytest.mark.parametrize("name", ["I", "II", "III", "IV", "V", "VI"])
 def test_long_steps_lead_where_short_ones_do(
@@ -73,6 +74,7 @@ def test_long_steps_lead_where_short_ones_do(
         np.testing.assert_allclose(getattr(one.positions, key), getattr(other.positions, key), atol=off)
 
 
+@pytest.mark.slow
 def test_one_mechanism_moves_as_in_a_batch(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace) -> None:
     m, start = make("II", 40)
     path = tools.driven(m, start)[:, None] + np.linspace(0, 0.5, 50)[:, None]
@@ -122,6 +124,7 @@ def test_corners_are_where_a_path_does_not_go_straight_on(spatial: SimpleNamespa
     assert spatial.corners(np.zeros((2, 1, 3))).all()
 
 
+@pytest.mark.slow
 def test_paths_with_corners_are_filled_between_them(
     spatial: SimpleNamespace, make: Make, tools: SimpleNamespace
 ) -> None:
@@ -138,6 +141,7 @@ def test_paths_with_corners_are_filled_between_them(
     np.testing.assert_allclose(one.positions.points, other.positions.points, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [1e-6, 1e-2, 0.3, np.nan])
 def test_nodes_of_which_there_is_doubt_are_gone_to_by_steps(
     spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, off: float, by: str

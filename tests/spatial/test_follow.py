@@ -227,6 +227,7 @@ def test_wrong_requests_are_refused(spatial: SimpleNamespace, golden_cases: Any)
         spatial.jets(c.mechanism, c.at, [[np.nan]])
 
 
+@pytest.mark.slow
 def test_loading_the_catalogue_does_not_load_the_solver() -> None:
     import subprocess
     import sys
@@ -240,6 +241,7 @@ def test_loading_the_catalogue_does_not_load_the_solver() -> None:
     assert ran.stdout.split("\n")[0] == "[''] []"
 
 
+@pytest.mark.slow
 def test_no_position_changes_its_assembly_unseen(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace) -> None:
     """Far from known positions: what is found is what small steps lead to, all else is refused with a reason."""
     m, start = make("III", 300)

@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,7 +25,10 @@ from tests.spatial.test_follow import path_of
 
 Make = Callable[..., tuple[Any, Any]]
 MEASURED = ("quaternion", "translation", "points", "coordinates", "residual", "condition", "success")
-pytestmark = pytest.mark.skipif(compiled.kernel() is None, reason="numba, of the extra `fast`, is not installed")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_spec("numba") is None, reason="numba, of the extra `fast`, is not installed"),
+]
 
 
 def both(monkeypatch: pytest.MonkeyPatch, run: Callable[[], Any]) -> tuple[Any, Any]:

@@ -64,6 +64,7 @@ def closed(q: Any, guess: Any) -> Any:
     return min((r + 2 * mp.pi * mp.nint((guess - r) / (2 * mp.pi)) for r in roots), key=lambda r: abs(r - guess))
 
 
+@pytest.mark.slow
 def test_a_full_turn_of_an_rssr_is_the_closed_form() -> None:
     """Positions to 1e-12, three derivatives to 1e-10; there is no idle rotation, and the turn closes."""
     mechanism = rssr(*RSSR)
@@ -114,6 +115,7 @@ def test_a_thousand_rssr_are_cranks_or_rockers_as_the_discriminant_says() -> Non
     assert 100 < cranks < 900
 
 
+@pytest.mark.slow
 def test_a_rocker_has_the_dead_points_of_the_discriminant() -> None:
     draw = np.random.default_rng(4)
     for _ in range(20):
@@ -619,6 +621,7 @@ def test_function_generators_of_a_batch() -> None:
         np.testing.assert_allclose(batch.loc[i], read(ends[i], axis[i]), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_scalars_that_differ_in_the_last_digits_are_two() -> None:
     """Also within a batch so large that numpy would print an ellipsis for its middle."""
     links = axles(INNER, OUTER, 400)

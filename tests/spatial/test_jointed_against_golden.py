@@ -26,6 +26,7 @@ from catalogue.spatial import (
 )
 
 
+@pytest.mark.slow
 def test_golden_cases_are_met_with_derivatives(golden_cases: list[SimpleNamespace], tools: SimpleNamespace) -> None:
     """Every golden case with one freedom, its design pose being the golden one, driven by the coordinate on a guide."""
     met = 0

@@ -122,6 +122,7 @@ def test_semicolons_decimal_commas_and_points_left_over(tmp_path: Path) -> None:
     assert one.equals(two)
 
 
+@pytest.mark.slow
 def test_one_command_makes_a_page_of_a_list_of_points(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     points, page = _written(tmp_path, "double-wishbone"), tmp_path / "axle.html"

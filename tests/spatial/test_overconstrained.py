@@ -73,7 +73,7 @@ def random_bennett(draw: Any) -> tuple[float, float, float, float]:
             return a, a * np.sin(beta) / np.sin(alpha), alpha, beta
 
 
-@pytest.mark.parametrize("by_numba", [True, False])
+@pytest.mark.parametrize("by_numba", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_two_hundred_bennett_linkages_turn_fully(by_numba: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lengths are to each other as the sines of the twists: each crank turns fully (Bennett 1903)."""
     if not by_numba:
@@ -113,6 +113,7 @@ def goldberg(draw: Any) -> tuple[list[Any], Any]:
     return [first[1], first[2], first[3], second[3], second[2]], lambda q: angle(q + one) - angle(one)
 
 
+@pytest.mark.slow
 def test_fifty_goldberg_linkages_go_as_far_as_their_two_bennett_linkages() -> None:
     draw = np.random.default_rng(4)
     made = [goldberg(draw) for _ in range(50)]
@@ -136,6 +137,7 @@ def test_fifty_goldberg_linkages_go_as_far_as_their_two_bennett_linkages() -> No
             assert min(map(abs, off)) < 1e-8
 
 
+@pytest.mark.slow
 def test_fifty_bricard_linkages_close_and_stay_symmetric_to_their_line() -> None:
     """Three axes and what a half turn makes of them: the motion keeps the line, and the curve of poses is closed."""
     draw = np.random.default_rng(5)
@@ -195,6 +197,7 @@ def cranks(*pivots: tuple[float, float]) -> Mechanism:
     return Mechanism(made)
 
 
+@pytest.mark.slow
 def test_parallel_cranks_change_where_their_pivots_are_in_line_and_else_turn_fully() -> None:
     for pivots in (((0, 0), (3, 0)), ((0, 0), (3, 0), (5, 0)), ((0, 0), (1, 0), (2, 0), (7, 0))):
         circuit = cranks(*pivots).circuit(Joint("c0"))

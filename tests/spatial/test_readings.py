@@ -98,6 +98,7 @@ def test_what_is_held_bears_the_moment_about_its_joint() -> None:
         assert np.abs(table[f"{name} [N mm]"] + (np.cross(lever, force) * axis).sum(1)).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_sensitivities_are_differences_of_designs() -> None:
     """Of toe, by each coordinate of two hard points, against mechanisms that are made with them displaced."""
 
@@ -120,6 +121,7 @@ def test_sensitivities_are_differences_of_designs() -> None:
             assert abs(got[1]) < 1e-9  # the design pose stays what it is
 
 
+@pytest.mark.slow
 def test_the_command_prints_reactions_and_sensitivities(tmp_path: Path) -> None:
     """Of a file with a load, those of Python; of two drives too."""
     source = (folder("data") / "spatial" / "double_wishbone.toml").read_text("utf-8")

@@ -23,6 +23,7 @@ def off(found: Any, expected: Any) -> float:
     return float(np.abs(found - expected).max() / max(np.abs(expected).max(), 1e-300))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("formulation", OTHERS)
 def test_golden_positions_and_reduced_derivatives(
     golden_cases: Cases, spatial: SimpleNamespace, tools: SimpleNamespace, formulation: str

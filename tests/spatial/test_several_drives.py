@@ -57,7 +57,7 @@ TRAVEL = Travel("wheel", CENTRE)
 UP, TURNED = np.linspace(-80, 80, 5), np.linspace(-30, 20, 4)
 
 
-@pytest.mark.parametrize("by_numba", [True, False])
+@pytest.mark.parametrize("by_numba", [pytest.param(True, marks=pytest.mark.slow), False])
 def test_grids_and_paths_are_mechanisms_rebuilt_in_moved_poses(by_numba: bool, monkeypatch: Any) -> None:
     if not by_numba:
         monkeypatch.setattr(compiled, "kernel", lambda: None)
@@ -130,6 +130,7 @@ def test_derivatives_by_each_drive_and_in_time_are_differences() -> None:
         motion.point("wheel", CENTRE, 1)
 
 
+@pytest.mark.slow
 def test_a_batch_moves_as_each_of_it_and_ends_where_no_pose_is() -> None:
     inner = np.add([[0, 0, 0], [0, 0, 20], [5, -30, 0]], POINTS["rod in"])
     batch = Mechanism([*corner(POINTS | {"rod in": inner}), SLIDE])

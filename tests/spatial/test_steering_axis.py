@@ -144,6 +144,7 @@ def compare(name: str, table: pd.DataFrame, places: list[tuple[float, float]]) -
             assert row[column] == pytest.approx(value, abs=CLOSE), (column, place)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", AXLES)
 def test_columns_are_those_of_an_independent_solver_whatever_drives(name: str) -> None:
     mechanism, spring = AXLES[name][:2]

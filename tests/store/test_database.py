@@ -152,6 +152,7 @@ with Database.open(sys.argv[1]) as database:
 """
 
 
+@pytest.mark.slow
 def test_a_file_that_is_cut_short_while_it_is_open_is_told(
     small_db: Path, tmp_path: Path, environment: dict[str, str]
 ) -> None:

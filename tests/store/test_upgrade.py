@@ -260,6 +260,7 @@ def test_a_file_without_specimens_gets_their_table(path: Path, at_revision: Call
     assert rows(path, "SELECT sql LIKE '%STRICT%' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
 
 
+@pytest.mark.slow
 def test_guides_of_an_older_file_are_put_in_an_order_of_coverage(
     path: Path, tmp_path: Path, sample: Callable[..., Any], at_revision: Callable[[Path, str], Path]
 ) -> None:

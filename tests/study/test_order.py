@@ -66,6 +66,7 @@ def neighbours(requests: Sequence[Request]) -> dict[int, tuple[set[int], set[int
     return {i: ({*map(int, below)}, {*map(int, near)}) for i, below, near in Order.of(requests).tighter()}
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(REQUESTS)
 def test_tighter_requests_are_those_with_no_looser_bound(requests: list[Request]) -> None:

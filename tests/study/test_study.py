@@ -181,6 +181,7 @@ def test_requests_may_be_added(chart: Study, small: Catalogue, tmp_path: Path) -
     assert own <= its + running.WORSE
 
 
+@pytest.mark.slow
 def test_a_study_belongs_to_one_catalogue(small: Catalogue, tmp_path: Path) -> None:
     study = Study([Request.of(StraightLine(150, 0.5), limit=1, refine=False)], tmp_path / "x.study")
     study.run(small, engine="serial")
@@ -191,6 +192,7 @@ def test_a_study_belongs_to_one_catalogue(small: Catalogue, tmp_path: Path) -> N
             study.run(other, engine="serial")
 
 
+@pytest.mark.slow
 def test_requests_that_take_no_starts_are_asked_alone(small: Catalogue, tmp_path: Path) -> None:
     base = {"stroke": 150, "limit": 1, "slots": True, "refine": False}
     study = Study.grid(base, tmp_path / "x.study", deviation=[0.3, 0.5]).run(small, engine="serial")

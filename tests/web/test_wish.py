@@ -98,6 +98,7 @@ SAID = st.dictionaries(st.sampled_from(sorted(VALUES)), st.integers(0, 2)).map(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None)
 @given(SAID)
 def test_a_wish_and_its_line_in_a_shell_are_one_request(said: list[tuple[str, str]]) -> None:
