@@ -476,7 +476,7 @@ def _double_zero(function: Any, near: Floats) -> Floats:
 
 
 def _bisected(holds: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Bisect between places (k,) at which a condition holds, and at which not."""
+    """Bisect between places (k,) where a condition holds and others where not."""
     for _ in range(FOLLOW.bisections):
         middle = 0.5 * (low + high)
         good = holds(middle)

@@ -1,8 +1,8 @@
-"""Curvature theory: what a linkage is in its reference position, and how it leaves that.
+"""Curvature theory: pole, axes, cubics and guided elements of a linkage in its reference position.
 
-`instant.Instant` is a batch of linkages with all of it, computed when first asked for;
-`analysis.curvature` gives pole, axes, cubics of stationary curvature and principal pairs
+`instant.Instant` is a batch of linkages with these, each computed on first use.
+`analysis.curvature` computes pole, axes, cubics of stationary curvature and principal pairs
 (`finite_pole`, `parallel_cranks`, `dead_points`), `configuration` the letters of the pivots,
-`leading_error` how a path leaves its tangent or circle, `guided_elements` all that a linkage
-guides.  Import from the modules; they import `kinematics` and what lies below.
+`leading_error` how a path leaves its tangent or circle, `guided_elements` all guided points and
+slots of a linkage.  Import from the modules; they import `kinematics` and what lies below.
 """

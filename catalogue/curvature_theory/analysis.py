@@ -1,8 +1,8 @@
-"""Pole, pole axes, inflection circle, cubics of stationary curvature and principal pairs from the pivots.
+"""Pole, pole axes, inflection circle, cubics of stationary curvature and principal pairs.
 
-Everything is formed from the rays and from ratios of lengths along one ray, never from an angle, a
-tangent or the radius of a circle that may be infinite; see `finite_pole` for the formulas and the
-digits they keep.
+They are computed from the rays of the pivots and from ratios of lengths along a ray, never from an
+angle, a tangent or the radius of a circle, which may be infinite.  `finite_pole` has the formulas
+and the digits they keep.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
-"""Points of the circling-point curve whose path is nearest to a circle of a chosen radius.
+"""Points of the circling-point curve whose path has a circle of curvature of a chosen radius.
 
 Polar coordinates (r, phi) about the pole, (X, Y) = (cos phi, sin phi): a pair on the curves has
 
-    1/r* = kappa*/Y + s/X,   1/r = kappa/Y + s/X,   r - r* = X^2 Y / (rho0 (kappa* X + s Y)(kappa X + s Y)),
+    1/r* = kappa*/Y + s/X,   1/r = kappa/Y + s/X,
+    r - r* = X^2 Y / (rho0 (kappa* X + s Y)(kappa X + s Y)),
 
-so that |r - r*| = R is a form of degree 6 in X, Y.  In w = exp(2 i phi) it is a polynomial of degree 6 whose first
-coefficient never vanishes and whose wanted roots lie on the unit circle; each is then improved by Newton's method.
-Where a cubic contains an axis, that axis has points of its own: with s = 0 the pole normal, with kappa* = 0 the pole
-tangent, whose points run about the pole.
+so that |r - r*| = R is a form of degree 6 in X, Y.  In w = exp(2 i phi) it is a polynomial of
+degree 6 whose leading coefficient never vanishes; its roots on the unit circle are the points.
+Newton's method improves each.  Where a cubic contains an axis, that axis has points of its own:
+with s = 0 the pole normal, with kappa* = 0 the pole tangent, whose points run about the pole.
 
 Source: Allievi 1895, eqs. (4), (12); the form of degree 6 is not in the book.
 """
@@ -23,20 +24,29 @@ from ..kinematics.types import Floats
 from .analysis import Curvature
 from .finite_pole import VANISHING
 
-#: How far from the unit circle a root may be found; double roots are found with half of the digits.
+#: Largest distance of a root from the unit circle: double roots have half of the digits.
 ROOT = 1e-5
 #: Largest relative error of the radius that is returned.
 EXACT = 1e-9
 
 
 def circling_points(curvature: Curvature, radius: float) -> Floats:
-    """Find the pairs (centre, point) of stationary curvature of a radius [length], (n, 10, 2, 3).
+    """Find the pairs of stationary curvature of a given radius.
 
-    Six are on the curve, four on an axis.
+    The point of such a pair has four positions in common with its circle (order 3), one more if the
+    pair is principal.
 
-    Homogeneous; NaN for those that do not exist, and for linkages without a finite pole.  Such a
-    point has four positions in common with its circle (order 3), one more where it is a principal
-    one.
+    Parameters
+    ----------
+    curvature : Curvature of n
+    radius : float
+        Radius of the circle [length].
+
+    Returns
+    -------
+    ndarray, shape (n, 10, 2, 3)
+        Centre and point, homogeneous: six on the curve, four on an axis.  NaN where there is none,
+        and for linkages without a finite pole.
 
     Raises
     ------
@@ -65,7 +75,7 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
 
 
 def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
-    """Compute r*, r and phi of the points off the axes, rho0 = 1, (n, 6) each."""
+    """Compute r*, r, phi of the points off the axes (rho0 = 1), (n, 6) each."""
     n = len(size)
     x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
 
@@ -102,7 +112,7 @@ def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Flo
 
 
 def _on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
-    """Compute r*, r and phi of the points on an axis of the curve, rho0 = 1, (n, 4) each."""
+    """Compute r*, r, phi of the points on the axes (rho0 = 1), (n, 4) each."""
     normal = (np.abs(s) < VANISHING)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
     signed = np.stack([size, size, -size, -size], axis=1)
     side = np.array([1, -1, 1, -1])

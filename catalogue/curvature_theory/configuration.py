@@ -16,7 +16,7 @@ LETTERS = "DVTCPXN"
 
 
 def configuration(linkage: Linkage, instant: Curvature) -> Array:
-    """Return the configuration of each linkage, shape (n,), as the letters of its two dyads.
+    """Name the configuration of each linkage by the letters of its two dyads, shape (n,).
 
     P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the
     other side; D (V): moving (fixed) pivot at the pole; T: slider; C: slide.  Parallel cranks:

@@ -23,9 +23,9 @@ from .finite_pole import VANISHING
 
 
 def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
-    """Replace the instants of linkages at dead points by those of a branch.
+    """Replace the instants of linkages at dead points by those of one branch.
 
-    The branch is 0 or 1, or the one of the pole nearest to given ones, (n,).
+    The branch is 0 or 1, or the one with its pole nearest to given ones, complex (n,).
     """
     dead = np.flatnonzero(found.state == DEAD_POINT)
     if dead.size:
@@ -42,15 +42,14 @@ def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Cur
 
 
 def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
-    """Return the instants of both branches of linkages at a dead point.
+    """Compute the instants of both branches of linkages at a dead point.
 
     Parameters
     ----------
     linkage : Linkage of n
         Linkages with all pivots on one line and the rays along it.
     beside : bool
-        Move the pivots of the others to their common line first: then it is the dead point next to
-        a linkage.
+        Project the pivots of other linkages on their common line first, for the nearest dead point.
 
     Returns
     -------
@@ -81,11 +80,11 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
         rho0 = np.abs(signed)
         up = np.sign(signed)
         finite = linkage.finite
-        inverse = [[np.where(finite[:, i, k, None], rho0 * up / (at[:, i, k, None] - poles), 0.0) for k in (0, 1)]
-                   for i in (0, 1)]  # fmt: skip
-        fixed, moving = inverse[0][0] + inverse[1][0], inverse[0][1] + inverse[1][1]
+        distance = at[..., None] - poles[:, None, None]
+        inverse = np.where(finite[..., None], (rho0 * up)[:, None, None] / distance, 0.0)
+        fixed, moving = inverse[:, 0, 0] + inverse[:, 1, 0], inverse[:, 0, 1] + inverse[:, 1, 1]
         kappa, star = 0.375 * fixed - 0.125 * moving, 0.375 * moving - 0.125 * fixed
-        pairs = _pairs(kappa, star, inverse[0][0] - kappa, inverse[1][0] - kappa)
+        pairs = _pairs(kappa, star, inverse[:, 0, 0] - kappa, inverse[:, 1, 0] - kappa)
     alive = there[:, None] & np.isfinite(rho0) & (rho0 > 0)
     unit = np.where(alive, rho0, np.nan)
     y = line[:, None] * up
@@ -114,7 +113,7 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
 
 
 def _polynomial(fixed: Floats, moving: Floats, kind: Array) -> Floats:
-    """Coefficients of z^2, z, 1, shape (3, n)."""
+    """Compute the polynomials of dyads along the line: coefficients of z^2, z, 1, shape (3, n)."""
     with np.errstate(all="ignore"):
         crank = np.stack([np.ones_like(fixed), -(fixed + moving), fixed * moving]) / (fixed - moving)
     zero, one = np.zeros_like(fixed), np.ones_like(fixed)
@@ -122,9 +121,13 @@ def _polynomial(fixed: Floats, moving: Floats, kind: Array) -> Floats:
 
 
 def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
-    """Principal pairs (32) on the circles, symmetric about y, rho0 = 1; shape (n, 2 branches, 2, 2, 2).
+    """Compute the principal pairs (32), symmetric about y, for rho0 = 1.
 
-    NaN where they are imaginary, and with kappa or kappa* = 0, where both fall into the pole.
+    Returns
+    -------
+    ndarray, shape (n, 2, 2, 2, 2)
+        Linkage, branch, pair, (fixed, moving), (x, y).  NaN where they are imaginary, and for kappa
+        or kappa* = 0, where both coincide with the pole.
     """
     ratio = np.where(np.minimum(np.abs(kappa), np.abs(star)) < VANISHING, np.nan, -v3 * v4 * kappa * star)
     x, y = np.sqrt(np.abs(v3 * v4)), np.sqrt(np.abs(kappa * star))
@@ -148,10 +151,10 @@ def _on_line(linkage: Linkage) -> Array:
 
 
 def off_line(linkage: Linkage) -> Floats:
-    """Return how far linkages are from a dead point, shape (n,).
+    """Measure how far linkages are from a dead point, shape (n,).
 
-    The largest distance of a pivot from the ray of dyad 1, over the size, or the sine of the angle
-    of the rays.
+    The larger one of the sine of the angle between the rays and the largest distance of a pivot
+    from the ray of dyad 1 [sizes of the linkage].
     """
     z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
     first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])

@@ -1,11 +1,11 @@
 """Test whether coupler points stay on their nominal over the finite motion.
 
-The series of a path has the scale on which its terms are alike.  Where the pole is far, at 1e8
-times the linkage say, a point near it runs about as fast to and fro as along its path, and on that
-scale no term of its error is above rounding, though it leaves the nominal by as much as it moves as
-soon as the linkage turns visibly.  So no point is said to be exact unless the finite motion keeps
-it on its nominal, as far as the charts reach that carry it farthest; and the terms of one that is
-not are weighed where the linkage has turned visibly.
+The Taylor series of a path is weighed on the scale on which its terms are alike.  Where the pole is
+far, at 1e8 times the linkage say, a point near it runs about as fast to and fro as along its path.
+On that scale every term of its error is below rounding, though the point leaves its nominal as soon
+as the linkage turns visibly.  So a point counts as exact only if the finite motion, in the charts
+that carry it farthest, keeps it on its nominal.  The terms of other points are weighed at a visible
+rotation.
 """
 
 from __future__ import annotations
@@ -49,6 +49,8 @@ def stays(
 
     Parameters
     ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
     unit : complex ndarray, shape (n,)
         Tangents of the nominals, which go through the points.
     curvature : ndarray, shape (n,)
@@ -74,8 +76,7 @@ def stays(
             far, most = (np.fmax.reduce(values, axis=0) for values in (np.sqrt(square), away))
             ways.append(np.where(good, np.nan_to_num(far), 0.0))
             kept.append(most <= ROUNDING * far)
-    # one is enough: beyond a change point that lies on the way a chart may go on in the other
-    # branch
+    # one chart is enough: another may continue in the other branch beyond a change point
     carried = np.stack(ways)
     return np.asarray(((carried > FAR * carried.max(0)) & kept).any(0))
 
@@ -83,11 +84,19 @@ def stays(
 def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
     """Find the first significant term of the gap after a visible rotation, shape (n,).
 
-    0 if all are rounding.
+    Parameters
+    ----------
+    gap, path : ndarray, shape (m, n)
+        Taylor coefficients of the distance from the nominal, and of the path.
+    most : int
+        Largest number of a term that is significant.
+    tolerance : float
+        Part of the largest term below which a term counts as zero.
 
-    Taylor coefficients (m, n) of the gap, the distance from the nominal, and of the path; a term
-    below `tolerance` of the largest counts as zero.  Where all that are there come after `most`,
-    the answer is `UNDECIDED`.
+    Returns
+    -------
+    ndarray of int, shape (n,)
+        0 if all terms are rounding; `UNDECIDED` if all significant ones come after `most`.
     """
     first = np.full(gap.shape[1], UNDECIDED)
     for near in VISIBLE[::-1]:

@@ -6,10 +6,23 @@ With the signed distances r, r* of the pivots from the pole along a unit ray e, 
     diameter vector of the inflection circle   i (m2 e1 - m1 e2)/(e1 x e2),   m = r g
     h = (g2 - g1)/(rho0 e1 x e2),  s = h X1 X2,  kappa = g1/rho0 - h X2 Y1,  kappa* = kappa + 1/rho0
 
-(X, Y) = components of e in the pole axes.  No reciprocal of a length is taken, so a pivot at the pole or at infinity is
-an ordinary value.  Digits lost in double precision (median / worst of 60 random linkages): generic 0.1 / 2.6; near
-s = 0, or kappa = s = 0, at 1e-4 to 1e-12: at most 0.5 / 2; rays at an angle 1e-2, 1e-4, 1e-6: 1.2, 3.7, 5.1 / 3.3, 5.2,
-7.2; coincident principal pairs: half of all digits.  All but the last are inherent in the rounding of the pivots.
+(X, Y) = components of e in the pole axes.  No reciprocal of a length is taken, so that a pivot at
+the pole or at infinity is an ordinary value.
+
+Digits lost in double precision by 60 random linkages:
+
+========================================  ======  =====
+linkages                                  median  worst
+========================================  ======  =====
+generic                                   0.1     2.6
+s = 0, or kappa = s = 0, to 1e-4 ... -12  0.5     2
+rays at an angle of 1e-2                  1.2     3.3
+rays at an angle of 1e-4                  3.7     5.2
+rays at an angle of 1e-6                  5.1     7.2
+coincident principal pairs                half of all digits
+========================================  ======  =====
+
+All losses but the last are inherent in the rounding of the pivots.
 
 Source: Allievi 1895, eqs. (3), (12), (15), (16), (22), rewritten without tangents and without
 division by s.
@@ -22,20 +35,18 @@ import numpy as np
 from ..kinematics.linkage import PR, RP, Linkage
 from ..kinematics.types import Complexes, Floats
 
-#: A pivot nearer to the pole than this, times what the pole's rounding grows from, stands at the
-#: pole.
+#: Distance from the pole below which a pivot stands at it, over the length that amplifies rounding.
 AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
-#: A point farther than the reciprocal of this, in the unit of the formula, stands at infinity.
+#: Reciprocal of the distance beyond which a point stands at infinity [rho0].
 INFINITE = 2e-15
-#: What is below this in its natural unit counts as zero where only a ratio of such numbers would
-#: matter.
+#: Largest value, in its natural unit, that counts as zero where it would be a divisor.
 VANISHING = 1e-11
 
 
 def pole_of(linkage: Linkage) -> Complexes:
-    """Return the poles, complex (n,)."""
+    """Compute the poles, complex (n,): intersections of the rays."""
     e, z, finite = linkage.rays, linkage.points, linkage.finite
     best = np.full(len(linkage), np.inf)
     b1, b2 = np.zeros_like(e[:, 0]), np.zeros_like(e[:, 0])
@@ -91,7 +102,7 @@ def _moments(linkage: Linkage, r: Floats, r_star: Floats, g: Floats) -> Floats:
 
 
 def finite_pole(linkage: Linkage) -> dict[str, Floats]:
-    """Return the fields of `Curvature` for linkages whose rays meet in one point."""
+    """Compute the fields of `Curvature` for linkages whose rays meet in one point."""
     q, sine = pole_of(linkage), linkage.sine
     r, r_star, g = distances(linkage, q)
     with np.errstate(all="ignore"):
@@ -137,14 +148,25 @@ def finite_pole(linkage: Linkage) -> dict[str, Floats]:
 def principal_pairs(
     kappa: Floats, star: Floats, s: Floats, h: Floats, cos: Floats, sin: Floats, a: Floats, a_star: Floats
 ) -> Floats:
-    """Return the two unknown principal pairs in the canonical frame with rho0 = 1, shape (n, 2, 2, 3).
+    """Compute the two unknown principal pairs in the canonical frame with rho0 = 1.
 
-    From kappa, star, s, h (n,), 1/R, 1/R*, 1/S and 1/OQ times rho0; the directions cos, sin (n, 2)
-    of the two known rays; and a, a_star (n, 2), rho0/r and rho0/r* of the known pairs, infinite for
-    a pivot at the pole.  NaN where they are imaginary, and for cyclic motions, which have no pairs
-    of their own.
+    Parameters
+    ----------
+    kappa, star, s, h : ndarray, shape (n,)
+        1/R, 1/R*, 1/S and 1/OQ times rho0.
+    cos, sin : ndarray, shape (n, 2)
+        Directions of the two known rays.
+    a, a_star : ndarray, shape (n, 2)
+        rho0/r and rho0/r* of the known pairs; infinite for a pivot at the pole.
 
-    Source: Allievi 1895, eq. (22), as V^2 - bV + g = 0 in V = s tan(phi), which stays regular in the modes I, II, III.
+    Returns
+    -------
+    ndarray, shape (n, 2, 2, 3)
+        Pair, (fixed, moving), homogeneous.  NaN where they are imaginary, and for cyclic motions,
+        which have no pairs of their own.
+
+    Source: Allievi 1895, eq. (22), as V^2 - bV + g = 0 in V = s tan(phi), which stays regular in
+    the modes I, II, III.
     """
     b = kappa + star - h * (cos[:, 0] * sin[:, 1] + cos[:, 1] * sin[:, 0])
     first = a[:, 0] - h * cos[:, 1], a_star[:, 1] - h * cos[:, 0]
@@ -173,7 +195,10 @@ def principal_pairs(
 
 
 def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Floats, star: Floats, s: Floats) -> Floats:
-    """Return (A, A*) on the ray (x, y) with 1/r = (kappa + V)/Y, or (s + U)/X where that has cancelled."""
+    """Compute the pair (A, A*) on the ray (x, y).
+
+    1/r = (kappa + V)/Y, or (s + U)/X where that has cancelled.
+    """
     norm = np.copysign(np.hypot(x, y), y)
     x, y = x / norm, y / norm
     both = []
@@ -187,7 +212,10 @@ def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Flo
 
 
 def scaled(pairs: Floats) -> Floats:
-    """Scale homogeneous points to w = 1, or to a unit direction where they are beyond rho0/`INFINITE`."""
+    """Scale homogeneous points to w = 1, or to a unit direction at infinity.
+
+    A point beyond rho0/`INFINITE` counts as infinite.
+    """
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])
     far = np.abs(w) <= INFINITE * length
@@ -197,9 +225,10 @@ def scaled(pairs: Floats) -> Floats:
 
 
 def _singular_point(x: Floats, y: Floats, side: float) -> Floats:
-    """Point of the inflection (side 1) or return circle (-1) in the direction (x, y), rho0 = 1; NaN where it is none.
+    """Compute the undulation (side 1) or cuspidation point (side -1), rho0 = 1.
 
-    With y = 0 it is the pole, where the path has a cusp, or with x = 0 too the whole circle.
+    It lies on the inflection or return circle, in the direction (x, y) from the pole.  NaN for y =
+    0: then it is the pole, where the path has a cusp, or, with x = 0 too, the whole circle.
     """
     norm = np.hypot(x, y)
     sin, cos = y / norm, x / norm

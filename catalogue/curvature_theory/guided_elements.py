@@ -17,22 +17,25 @@ from .leading_error import leading_error_of_pairs
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Points nearer than this part of the linkage are the same.
+#: Distance below which points coincide [sizes of the linkage].
 COINCIDENT = 1e-9
-#: So are two principal pairs nearer than this, and what they leave of a coefficient that vanishes
-#: is below it: of a double root half of the digits are left.
+#: The same for two principal pairs, and largest coefficient that counts as zero for them: a double
+#: root has half of the digits.
 DOUBLE = 1e-6
 
 
 @dataclass(frozen=True)
 class GuidedElements:
-    """Guided elements of n linkages: labels (k,), pairs (n, k, 2, 3) and orders of contact (n, k).
+    """Guided elements of n linkages.
 
-    A pair is a fixed and a moving point, homogeneous; the order is that on the finite motion, 99 if
-    exact.
-
-    A fixed point at infinity: a point on a straight line; a moving one: a straight slot over a
-    fixed point.  Where a linkage has none the pair is NaN and the order 0.
+    Attributes
+    ----------
+    labels : list of str, length k
+    pairs : ndarray, shape (n, k, 2, 3)
+        Fixed and moving point, homogeneous.  A fixed point at infinity: a point on a straight line;
+        a moving one: a straight slot over a fixed point.  NaN where a linkage has no such element.
+    order : ndarray of int, shape (n, k)
+        Order of contact on the finite motion; 99: exact; 0: no such element.
     """
 
     labels: list[str]
@@ -55,11 +58,15 @@ class GuidedElements:
 def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElements:
     """Find undulation point, cuspidation slot, principal pairs and points on circles of a radius.
 
-    The latter have four positions in common with circles of this radius [length], if given.
+    Elements guided by the linkage's own dyads are left out; of two coincident principal pairs one
+    is given.  At a dead point the elements of both branches of the motion are given, with labels of
+    their own for the second, unless the instant states the branch.
 
-    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is
-    given.  Of linkages at a dead point what either branch of the motion guides is given, with
-    labels of its own for the second one, unless the instant says which branch is meant.
+    Parameters
+    ----------
+    instant : Instant of n
+    radius : float, optional
+        Radius of circles with four positions in common with a path [length].
 
     Raises
     ------
@@ -84,7 +91,7 @@ def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElem
 
 
 def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
-    """Return the elements on one branch of each motion."""
+    """Find the elements on one branch of each motion."""
     at = instant.curvature
     found = {
         "undulation": _straight(at.undulation, at.pole),
@@ -108,7 +115,7 @@ def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
 
 
 def _straight(point: Floats, pole: Floats) -> Floats:
-    """Pair of a point with the normal of its straight path as the fixed one, shape (n, 2, 3)."""
+    """Pair a point with the normal of its straight path, shape (n, 2, 3)."""
     normal = point - pole
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -117,7 +124,10 @@ def _straight(point: Floats, pole: Floats) -> Floats:
 
 
 def _same(one: Floats, two: Floats, near: Floats) -> Mask:
-    """Return where pairs (..., 2, 3) have the same points: within `near` [length], at infinity in direction."""
+    """Tell where two pairs (..., 2, 3) coincide.
+
+    Finite points within `near` [length], points at infinity in direction.
+    """
     z, w = ((p[..., 0] + 1j * p[..., 1]) for p in (one, two))
     infinite = [p[..., 2] == 0 for p in (one, two)]
     directions = infinite[0] & infinite[1] & (np.abs((z.conj() * w).imag) < COINCIDENT)

@@ -17,7 +17,7 @@ from .dead_points import branched
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """Linkages in their reference position: what a series is given to classify, one after the other; none writes to it.
+    """Linkages in their reference position, as a series classifies them; read-only.
 
     Attributes
     ----------

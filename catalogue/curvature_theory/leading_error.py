@@ -1,16 +1,17 @@
 """The leading error of a guided point: how its path leaves the tangent or the osculating circle.
 
-In axes at the point, u along the path and v along its normal, the path is  v = c_m u^m + ...
-beside the nominal, and m
-- 1 is the order of contact.  The first coefficient that does not vanish is taken from the Taylor series of the finite
-motion.  The closed formulas for it (`tests/curvature_theory/test_leading_error.py` has them, row by
-row) are products of differences of tangents of the rays: they agree, but each holds in one mode
-only, they lose the digits of 1/S and of the angle of nearly parallel cranks, and they hold on the
-circling-point curve only.  The series of the motion have neither modes nor poles, serve every
-coupler point, and what they lose (dead points) the pivots do not carry.
+In axes at the point, u along the path and v along its normal, the path leaves its nominal as
+v = c_m u^m + ..., and m - 1 is the order of contact.  c_m is the first coefficient of the Taylor
+series of the finite motion that does not vanish.
 
-A point at the pole has a cusped path, along which it returns: with u the distance from the cusp,
-v = +-c u^(N/2) on the two branches, N = 4 for points of a simple cusp on its circle, 5 and 6 for return guides.
+Closed formulas exist for it (`tests/curvature_theory/test_leading_error.py` has them, row by row),
+products of differences of tangents of the rays.  They agree, but each holds in one mode and on the
+circling-point curve only, and they lose the digits of 1/S and of the angle of nearly parallel
+cranks.  The series of the motion has neither modes nor poles and serves every coupler point.
+
+A point at the pole has a cusped path, along which it returns.  With u the distance from the cusp,
+v = +-c u^(N/2) on the two branches: N = 4 for points of a simple cusp on its circle, 5 and 6 for
+return guides.
 
 Source: theory of the leading coefficients c3 ... c6 and of the deviation by Chebyshev polynomials:
 Allievi 1895, secs. 27-31, and the laws E = |c_m| L^m/2^(2m-1).
@@ -35,13 +36,13 @@ EXACT = 99
 TOLERANCE = 1e-8
 #: Most positions that a point has in common with its nominal unless it is exact.
 MOST = 6
-#: How small the largest error of u^m over [-1, 1] becomes beside 1, u; beside 1, u, u^2; and beside
-#: all lower powers.
+#: Level: minimax error of u^m over [-1, 1] when approximated by 1, u; by 1, u, u^2; by all lower
+#: powers.
 LINE = {3: 1 / 4, 4: 1 / 2, 5: 0.3264468005, 6: 1 / 2}
 CIRCLE = {3: 1 / 4, 4: 1 / 8, 5: 0.3264468005, 6: 0.1924500897}
 CHEBYSHEV = {3: 1 / 4, 4: 1 / 8, 5: 1 / 16, 6: 1 / 32}
-#: The same of a return guide over [0, 1]: v = +-c u^(N/2) in an odd N, one line in an even one,
-#: beside line and circle.
+#: Level of a return guide over [0, 1] from line and circle: v = +-c u^(N/2) for odd N, a single
+#: curve for even N.
 RETURN_LINE = {3: 1.0, 4: 1 / 8, 5: 1.0, 6: 0.1924500897}
 RETURN_CIRCLE = {5: 1.0, 6: 1 / 32}
 
@@ -78,7 +79,10 @@ class LeadingError(Rows):
 
     @property
     def order(self) -> Array:
-        """Order of contact, shape (n,): `EXACT` if the point does not leave its nominal, 0 where there is no series."""
+        """Order of contact, shape (n,): `EXACT` if the point stays on its nominal.
+
+        0 where the motion has no series.
+        """
         return np.asarray(np.maximum(self.positions - 1, 0))
 
     @property
@@ -89,9 +93,9 @@ class LeadingError(Rows):
     def law(self, stroke: Floats | float) -> Floats:
         """Deviation after optimal splitting of the inflections, |c| L^m/2^(2m-1), shape (n,).
 
-        Straight guides with m = 6 need one length of the linkage changed for it; by moving the
-        guided point alone
-        `guide.trace` gets to 6.2 times this."""
+        For straight guides with m = 6 this takes a change of one length of the linkage; a shift of
+        the guided point alone (`guidance.trace`) reaches 6.2 times this.
+        """
         return self._scaled(stroke, CHEBYSHEV, CHEBYSHEV)
 
     def held(self, stroke: Floats | float) -> Floats:
@@ -99,7 +103,10 @@ class LeadingError(Rows):
         return self._scaled(stroke, LINE, CIRCLE)
 
     def _scaled(self, stroke: Floats | float, line: dict[int, float], circle: dict[int, float]) -> Floats:
-        """Deviation over a stroke: |c| (L/2)^m times the level of u^m; of cusped paths |c| L^(N/2) times its level."""
+        """Compute the deviation over a stroke from the levels of u^m in tables.
+
+        |c| (L/2)^m times the level; for cusped paths |c| L^(N/2) times it.
+        """
         by = np.select(
             [self.cusp & self.circle, self.cusp, self.circle],
             [_level(self.positions, table) for table in (RETURN_CIRCLE, RETURN_LINE, circle)],
@@ -128,13 +135,17 @@ def leading_error(
 ) -> LeadingError:
     """Compute the leading error of coupler points (n,) from their tangent or osculating circle.
 
-    `circle` is a bool or (n,).  For slots give `linkage.inverted()` and the fixed points.
+    For slots give `linkage.inverted()` and the fixed points.
 
     Parameters
     ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+    circle : bool or ndarray of bool, shape (n,)
+        Whether the nominal is the osculating circle; else the tangent.
     order : int or ndarray of int, shape (n,), optional
-        Order of contact where it is known: the coefficient of that order is returned, and what
-        rounding leaves of the lower ones is not looked at.  `EXACT` is let stand.
+        Known order of contact: its coefficient is returned, lower ones are taken for rounding.
+        `EXACT` stays.
     pole : complex ndarray, shape (n,), optional
         Chooses the branch of linkages at a change point.
     tolerance : float
@@ -160,7 +171,7 @@ def leading_error(
         positions = np.where(there.any(0), there.argmax(0), EXACT + 1)
         if order is not None:
             positions = np.broadcast_to(np.asarray(order) + 1, positions.shape)
-        else:  # where there are more than any point has that is not exact, the finite motion decides
+        else:  # more positions than an approximate point has: the finite motion decides
             many = np.flatnonzero((positions > MOST) & np.isfinite(gap).all(0) & np.isfinite(unit + wanted_curvature))
             at = None if pole is None else np.asarray(pole)[many]
             which = linkage[many], point[many], unit[many], wanted_curvature[many], at
@@ -172,7 +183,7 @@ def leading_error(
         speed = np.where(cusp, np.sqrt(u[2]) * np.where(path.turn < 0, -1, 1), u[1])
         left = np.take_along_axis(gap, row[None], 0)[0] / speed
         coefficient = left / speed ** (row - 1.0)
-        # of lengths far from 1 it can be no number: then neither 0 nor infinity
+        # it over- or underflows at lengths far from 1: then it is unknown
         lost = np.isinf(coefficient) | (coefficient == 0) & (left != 0)
     undefined = ~np.isfinite(base) | ~exact & lost
     coefficient = np.where(undefined, np.nan, np.where(exact, 0.0, coefficient))
@@ -208,16 +219,25 @@ def leading_error_of_pairs(
 
 
 def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | None = None) -> tuple[Array, Array]:
-    """Return how singular the paths of coupler points are: p cusps and q inflections that coincide, shape (n,) each.
-
-    (0, 0) an ordinary point, (0, 1) an inflection, (0, 2), (0, 3), (0, 4) undulation, pseudo- and
-    double undulation, (1, 0) a cusp, (1, 1) a rhamphoid cusp, (1, 2) a hypercusp; q = `EXACT` on a
-    straight line; -1 where the motion has no series.
+    """Compute the singularities of coupler paths: p coincident cusps and q coincident inflections.
 
     A coefficient of the path counts as zero when it adds less than `TOLERANCE` to the path at the
-    distance (of the parameter) at which its largest terms equal the first one; so does the velocity
-    beside the acceleration. Up to p + q = 3 a point rounded to double precision is decided surely,
-    beyond that what the series says is surer.
+    parameter at which its largest term equals the first; likewise the velocity beside the
+    acceleration. Up to p + q = 3 a point rounded to double precision is decided surely.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a change point.
+
+    Returns
+    -------
+    p, q : ndarray of int, shape (n,)
+        (0, 0) an ordinary point, (0, 1) an inflection, (0, 2), (0, 3), (0, 4) undulation, pseudo-
+        and double undulation, (1, 0) a cusp, (1, 1) a rhamphoid cusp, (1, 2) a hypercusp; q =
+        `EXACT` on a straight line; -1 where the motion has no series.
 
     Source: Allievi 1895, Introduction: p derivatives of the arc and q of the tangent's angle
     vanish; the point has N = p + q + 2 positions in common with its tangent.
@@ -229,9 +249,10 @@ def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | No
 
 
 def _axes(linkage: Linkage, path: Jet) -> tuple[Mask, Complexes, Complexes, Floats]:
-    """Return whether the path has a cusp, the path u + iv, the direction of u, and a scale.
+    """Compute cusps, the path u + iv, the direction of u, and a scale.
 
-    The scale is the parameter at which no term exceeds the first.
+    u + iv is the path in the axes at the point.  The scale is the parameter up to which no term
+    exceeds the first.
     """
     z = path.z
     k = np.arange(TERMS)[:, None]

@@ -1,7 +1,7 @@
 """The instant with the pole at infinity: two parallel rays.
 
-Axes: x along the rays, y across; xi = x - x* along a ray.  With k0 = k* - k every centre obeys  xi y = k0, and the
-points of stationary curvature  x* y + k* = 0  with centres  x y + k = 0.
+Axes: x along the rays, y across; xi = x - x* along a ray.  With k0 = k* - k every centre obeys
+xi y = k0, and the points of stationary curvature  x* y + k* = 0  with centres  x y + k = 0.
 
 Source: Allievi 1895, secs. 16-18, eqs. (52)-(60)*.
 """
@@ -21,9 +21,10 @@ ROUNDING = 8 * np.finfo(float).eps
 
 
 def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
-    """Return the fields of `Curvature` for linkages with parallel rays; NaN for parallelograms and two lines.
+    """Compute the fields of `Curvature` for linkages with parallel rays.
 
-    Polar formulas lose log10(1/angle) digits here, these lose none.
+    NaN for parallelograms and two lines.  Polar formulas lose log10(1/angle) digits here, these
+    lose none.
     """
     turn = linkage.rays[:, :1, None].conj()
     z, kind = linkage.points * turn, linkage.dyads
@@ -76,9 +77,10 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
 
 
 def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats) -> Floats:
-    """Roots of y^2 + (y1 + y2) y + product = 0 and their pairs, homogeneous, shape (n, 2, 2, 3).
+    """Compute the pairs at the roots y of a quadratic, homogeneous, shape (n, 2, 2, 3).
 
-    What is below `least` is rounding (n,): a root 0 over a k of 0 must be neither.
+    y^2 + (y1 + y2) y + product = 0.  Values below `least` (n,) are rounding: a root 0 over a k of 0
+    must be neither.
     """
     b = -(y[:, 0] + y[:, 1])
     b = np.where(np.abs(b) <= least, 0.0, b)

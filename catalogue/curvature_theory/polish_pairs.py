@@ -1,13 +1,13 @@
 """Principal pairs of linkages with a far pole, to full accuracy.
 
-A pair is found by its distance from the pole, so that with the pole at 1/angle (in sizes of the
-linkage) log10(1/angle) digits of its place are gone, and what counts as parallel is off by the
-angle; the pivots carry them all.  One or two steps of Newton's method bring them back: the
-constraint of a dyad is bilinear in its homogeneous pivots,
+The formulas find a pair by its distance from the pole.  With the pole at 1/angle (in sizes of the
+linkage) they lose log10(1/angle) digits of its place, and taking the rays for parallel costs an
+error of the angle.  The pivots carry all digits, and one or two steps of Newton's method recover
+them: the constraint of a dyad is bilinear in its homogeneous pivots,
 
     w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
 
-z -> z + d + x (z - o) the motion, and that of a principal pair vanishes with t, t^2, t^3 and t^4.
+with z -> z + d + x (z - o) the motion; that of a principal pair vanishes with t, t^2, t^3 and t^4.
 """
 
 from __future__ import annotations
@@ -48,10 +48,16 @@ def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
 
 
 def _bilinear(moving: Motion) -> Array:
-    """Coefficients of t^1 ... t^4 in the constraint, as matrices between (x, y, w) of A and of A*, shape (n, 4, 3, 3).
+    """Compute the constraint's coefficients of t^1 ... t^4, bilinear in A and A*.
 
-    In extended precision, where the platform has it: they decide the digits.  Lengths are in sizes
-    of the linkage, from the origin of the chart; each matrix is scaled to about 1.
+    They are in extended precision, where the platform has it, since they decide the digits.
+    Lengths are in sizes of the linkage, from the origin of the chart; each matrix is scaled to
+    about 1.
+
+    Returns
+    -------
+    ndarray, shape (n, 4, 3, 3)
+        Linkage, power of t, (x, y, w) of A, (x, y, w) of A*.
     """
     d, x = path_series(moving.point(moving.origin)) / moving.linkage.size, path_series(moving.turn())
     turned = d + taylor_product(x.conj(), d)
@@ -65,7 +71,7 @@ def _bilinear(moving: Motion) -> Array:
 
 
 def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
-    """Return one pair of each linkage, shape (n, 2, 3), improved by Newton's method."""
+    """Improve one pair of each linkage by Newton's method, shape (n, 2, 3)."""
     size, origin = moving.linkage.size[:, None], np.stack([moving.origin.real, moving.origin.imag], -1)[:, None]
     w = pair[..., 2:]
     now = _unit(np.concatenate([(pair[..., :2] - w * origin) / size[..., None], w], axis=-1))
@@ -86,8 +92,9 @@ def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
     xy, w = now[..., :2] * size[..., None], now[..., 2:]
     with np.errstate(all="ignore"):
         far = np.abs(w) <= INFINITE
-        back = np.concatenate([np.where(far, xy / np.linalg.norm(xy, axis=-1, keepdims=True), xy / w + origin),
-                               np.where(far, 0.0, 1.0)], axis=-1)  # fmt: skip
+        direction = xy / np.linalg.norm(xy, axis=-1, keepdims=True)
+        place = np.where(far, direction, xy / w + origin)
+        back = np.concatenate([place, np.where(far, 0.0, 1.0)], axis=-1)
     return np.where(done[:, None, None], back, pair)
 
 

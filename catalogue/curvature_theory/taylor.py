@@ -1,9 +1,9 @@
 """Taylor series of the path of a coupler point about the reference position, for batches.
 
-A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart of
-the finite motion that is best conditioned there.  What `motion` evaluates at positions is evaluated
-here on series, so that it holds wherever the motion does: for parallel cranks, pivots at infinity
-and, on a given branch, at change points.
+A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart that
+is best conditioned.  The closed form of `motion` is evaluated on series instead of numbers, so that
+it holds wherever the motion does: for parallel cranks, pivots at infinity and, on a given branch,
+at change points.
 """
 
 from __future__ import annotations
@@ -32,10 +32,8 @@ BLOCK = 4096
 class Jet(NamedTuple):
     """Taylor series of the paths of one coupler point per linkage.
 
-    The displacement z, complex, (TERMS, n) [length], row 0 of which is 0; and the rate of the
-    coupler's angle by the parameter, (n,).
-
-    NaN at a change point whose branch is not given.
+    z is the complex displacement, (TERMS, n) [length], with row 0 of zeros; `turn` the rate of the
+    coupler's angle by the parameter, (n,).  NaN at a change point whose branch is not given.
     """
 
     z: Complexes
@@ -61,7 +59,7 @@ def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Je
 def charts(
     linkage: Linkage, point: Complexes, pole: Complexes | None, dtype: Any = float
 ) -> list[tuple[Indices, Motion]]:
-    """Return indices and motion of the linkages by chart, each linkage in its best one."""
+    """Choose the best conditioned chart of each linkage: pairs of indices and motion, by chart."""
     coupler = motion(linkage, 0, point, dtype, pole)
     best = np.nan_to_num(coupler.conditioning)
     chart = np.zeros(len(linkage), dtype=int)
@@ -82,7 +80,7 @@ def charts(
 
 
 def path_series(path: Path) -> Array:
-    """Return the series of a path: the closed form of `Path`, on series instead of numbers."""
+    """Compute the series of a path: the closed form of `Path` on series instead of numbers."""
     forms, circle = path.forms, path.circle
     h, g, n, k, j2, b_x, b_y, l_x, l_y = (_polynomial(f) for f in forms[:9])
     with np.errstate(all="ignore"):
@@ -107,7 +105,7 @@ def _polynomial(form: Array) -> Array:
 
 
 def _later(a: Array) -> Array:
-    """Series times t."""
+    """Multiply a series by t."""
     return np.concatenate([np.zeros_like(a[:1]), a[:-1]])
 
 

@@ -1,4 +1,4 @@
-"""Batches: records, or columns by name, whose arrays run over the same n things, taken apart and put together again."""
+"""Batches: index, join and replace records whose arrays all run over n things."""
 
 from __future__ import annotations
 
@@ -41,17 +41,24 @@ def mapped(function: Any, *batches: Any) -> Any:
 
 
 def take(batch: T, index: Any) -> T:
-    """Return the chosen ones of a batch: an array, a `Linkage`, None, or a dataclass or dict of these."""
+    """Select rows of a batch.
+
+    Parameters
+    ----------
+    batch : ndarray, Linkage, None, or dataclass or dict of these
+        Arrays of shape (n, ...).
+    index : mask, indices or slice
+    """
     return cast(T, mapped(lambda values: values[index], batch))
 
 
 def join(*batches: T) -> T:
-    """Return the things of all batches, one after the other."""
+    """Concatenate batches along their first axis."""
     return cast(T, mapped(lambda *values: np.concatenate(values), *batches))
 
 
 def put(batch: T, where: Array, by: T) -> T:
-    """Replace the entries `where`, a mask or indices, of a batch by those of `by`."""
+    """Replace the rows `where`, a mask or indices, by those of `by`."""
 
     def replaced(values: Array, new: Array) -> Array:
         out = values.astype(np.result_type(values, new)) if values.dtype != object else values.copy()
@@ -82,7 +89,10 @@ class Columns:
         return made
 
     def replaced(self, where: Mask | Indices, by: Self) -> Self:
-        """Replace the entries `where`, a mask (n,) or indices, by those of `by`, keeping the precision."""
+        """Replace the columns `where`, a mask (n,) or indices, by those of `by`.
+
+        The precision of the batch is kept.
+        """
 
         def put(values: Array, new: Array) -> Array:
             out = values.copy()

@@ -1,11 +1,16 @@
-"""Circuits: all that a linkage can reach without being taken apart, each as one smooth motion of a phase s.
+"""Circuits: all positions a linkage reaches without disassembly, as a smooth motion of a phase s.
 
-A crank leads, or where there is none the coupler.  Where neither p nor q of its `closure` lies between -1 and 1 the
-crank turns fully, phi = s, and there are two circuits, one for each sign of the root.  Otherwise it swings between dead
-points, phi = m - a cos s, and the root changes its sign there like sin s, so that the whole circuit, to and fro, is
-smooth in s; there are two such circuits if both lie between.  At a change point (p = -1 or q = 1) a factor of the root
-is the sine or cosine of half the angle: the motion goes straight through, which may take two turns.  A coupler that
-leads turns fully, or (swinging block) half a turn from infinity to infinity.
+A crank leads, or the coupler if there is no crank.  With p and q of `closure`:
+
+- Neither p nor q lies between -1 and 1: the crank turns fully, phi = s.  There are two circuits,
+  one for each sign of the root.
+- Otherwise the crank swings between dead points, phi = m - a cos s.  The root changes its sign at
+  them like sin s, so that the circuit, to and fro, is smooth in s.  If both p and q lie between,
+  there are two such circuits.
+- At a change point (p = -1 or q = 1) a factor of the root is the sine or cosine of half the angle.
+  The motion goes straight through, which may take two turns.
+
+A leading coupler turns fully, or (swinging block) half a turn from infinity to infinity.
 
 Source: Grashof 1883 for the conditions.
 """
@@ -98,7 +103,10 @@ class Circuits(Columns):
         return np.asarray(two & (self.lead != COUPLER))
 
     def angle(self, s: Floats) -> Floats:
-        """Return the lead's angle from its axis at phases (m, k) [rad]; of a coupler, from the position given."""
+        """Compute the angle of the lead at phases (m, k) [rad].
+
+        It is measured from the axis of the lead; of a coupler, from its given position.
+        """
         swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)
         return np.asarray(np.where(self.kind == TURN, s, np.where(self.kind == SWING, swing, run)))
 
@@ -115,7 +123,10 @@ class Circuits(Columns):
         return Pose(*(np.concatenate(values, axis=-1)[..., order] for values in zip(*poses, strict=True)))
 
     def phases(self, pose: Pose) -> list[float]:
-        """Compute the phases of poses (m, 1) of one circuit, within half a period of the given position."""
+        """Compute the phases of poses (m, 1) of a single circuit [rad].
+
+        They lie within half a period of the phase of the given position.
+        """
         at = float(self.phase[0])
         if self.lead[0] == COUPLER:
             turn = np.angle(1 + pose.x[:, 0]) * (1 if self.kind[0] == TURN else np.pi / float(self.half[0]))
@@ -127,9 +138,10 @@ class Circuits(Columns):
 
 
 def circuits(linkage: Linkage) -> Circuits:
-    """Return all circuits of linkages (n,), linkage by linkage; the one in which each is given comes first.
+    """Find all circuits of linkages (n,).
 
-    A crank that turns fully leads, else the first crank there is, else the coupler.
+    They are sorted by linkage; the circuit of the given position comes first.  The leading crank is
+    the first that turns fully, else the first crank.
     """
     cranks = linkage.dyads == RR
     free = np.full((2, len(linkage)), 3)
@@ -151,7 +163,13 @@ def circuits(linkage: Linkage) -> Circuits:
 
 
 def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
-    """Return, for each circuit, which linkage it is of, kind, centre, half, sign, period and phase."""
+    """Find the circuits led by cranks.
+
+    Returns
+    -------
+    tuple of ndarray, shape (k,)
+        Number of the linkage, kind, centre, half, sign, period and phase, as in `Circuits`.
+    """
     of = every[rows]
     phi, side = of.angle, np.where(of.side < 0, -1.0, 1.0)
     dead, change = of.dead.sum(0), of.change.sum(0)
@@ -218,7 +236,7 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
 
 
 def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
-    """Build the circuits of linkages led by the coupler."""
+    """Find the circuits led by the coupler, as the columns of `_crank_circuits`."""
     kind = linkage.dyads[rows]
     block = (kind == RP).sum(1) == 1
     none, one = np.zeros(len(rows)), np.ones(len(rows))

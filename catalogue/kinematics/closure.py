@@ -1,22 +1,25 @@
-"""Where the second dyad of a linkage can be closed, as its leading crank sees it.
+"""Closure of the second dyad, as the leading crank sees it.
 
-With phi the crank's angle from an axis of the fixed plane, that is where
+With phi the crank's angle from an axis of the fixed plane, the chain closes where
 
-    (cos phi - p)(q - cos phi) >= 0,
+    (cos phi - p)(q - cos phi) >= 0.
 
-and the square root of this product tells its two ways to be closed apart.  r, f, l, c are the
-lengths of crank, frame, coupler and second crank, e the distance of the slider's line from the
-crank's pivot, h that of the coupler line from the crank pin:
+The two signs of the root of this product are the two ways to close it.  r, f, l, c are the lengths
+of crank, frame, coupler and second crank, e the distance of the slider's line from the crank's
+pivot, h that of the coupler line from the crank pin:
 
-=====================  ===================  ===============================  ===============================
-second dyad            axis                 p                                q
-=====================  ===================  ===============================  ===============================
-crank                  to its pivot         (r^2 + f^2 - (l + c)^2)/(2 r f)  (r^2 + f^2 - (l - c)^2)/(2 r f)
-slider                 normal of the line   (e - l)/r                        (e + l)/r
-slide                  to its pivot         -infinity                        (r^2 + f^2 - h^2)/(2 r f)
-=====================  ===================  ===============================  ===============================
+==================  ===================================  ===================================
+second dyad, axis   p                                    q
+==================  ===================================  ===================================
+crank, to its       (r^2 + f^2 - (l + c)^2)/(2 r f)      (r^2 + f^2 - (l - c)^2)/(2 r f)
+pivot
+slider, normal of   (e - l)/r                            (e + l)/r
+its line
+slide, to its       -infinity                            (r^2 + f^2 - h^2)/(2 r f)
+pivot
+==================  ===================================  ===================================
 
-All roots are made of products, in which no digits are lost near a dead point.
+All roots are computed from products, which lose no digits near a dead point.
 
 Source: the closures by two circles, or a circle and a line.
 """
@@ -84,15 +87,14 @@ class Closure(Columns):
             bounds = bounds / np.where(slider, 1.0, 2 * r * f)
             bounds[:2, slide] = [[-1.0], [1.0]]
             # by how much links are too short for a full turn, at its far and its near end
-            excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near],
-                              [far - l - c, np.abs(l - c) - near]))  # fmt: skip
+            crank_excess = [far - l - c, np.abs(l - c) - near]
+            excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near], crank_excess))
             nearly = CHANGE * np.maximum(
                 np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
             )
-            # and by how much they are long enough to close at all, where one of these ends is
-            # reached
-            spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high],
-                             [l + c - near, far - np.abs(l - c)]))  # fmt: skip
+            # by how much they are long enough to close at all at that end
+            crank_spare = [l + c - near, far - np.abs(l - c)]
+            spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high], crank_spare))
             change, dead = np.abs(excess) <= nearly, excess > nearly
             stuck = (dead & (spare <= nearly)).any(0)
             bounds[[0, 3]] = np.where(change, 0.0, bounds[[0, 3]])
@@ -111,9 +113,19 @@ class Closure(Columns):
         return np.angle((self.pin - self.pivot) / self.arm)
 
     def root(self, phi: Floats, cosine: Floats, sine: Floats, swing: Swing | None) -> Floats:
-        """Compute the signed root of the product at the head of the module, through dead and change points.
+        """Compute the signed root of the product at the head of the module.
 
-        From angles (m, n), cosine and sine of their halves, and the swings among them.
+        Parameters
+        ----------
+        phi, cosine, sine : ndarray, shape (m, n)
+            Angles of the cranks [rad], cosine and sine of their halves.
+        swing : Swing, optional
+            The swinging cranks among them.
+
+        Returns
+        -------
+        ndarray, shape (m, n)
+            It changes its sign at dead and change points.
         """
         p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
         with np.errstate(all="ignore"):
@@ -135,9 +147,9 @@ class Closure(Columns):
 
 
 def turn_between(goal: Array, way: Array, side: Array) -> Complexes:
-    """Return unit vectors that turn `way` to the direction of `side` as seen from `goal`.
+    """Compute unit vectors that turn `way` into the direction of `side` as seen from `goal`.
 
-    Every dyad with a pin at one end closes so: the goal is the vector to its other pin, or the
+    They close every dyad with a pin at one end: the goal is the vector to its other pin, or the
     normal of its line.
     """
     turned = goal * way.conj() * side
@@ -145,10 +157,10 @@ def turn_between(goal: Array, way: Array, side: Array) -> Complexes:
 
 
 class Swing(NamedTuple):
-    """Columns of swinging cranks, and their angles by phases (m, k).
+    """Columns of swinging cranks, and their angles `phi` by phases (m, k).
 
-    Also twice the product of the sines of half the angles to both dead points, and whether the
-    swing runs back.
+    `ends` is twice the product of the sines of half the angles to both dead points, `back` tells
+    whether the swing runs back.
     """
 
     which: Indices | slice
@@ -170,5 +182,5 @@ class Swing(NamedTuple):
 
 
 def columns(some: Mask) -> Indices | slice:
-    """Return the index of some columns, a slice where it is all."""
+    """Return the index of the columns of a mask; a slice if it is all of them."""
     return slice(None) if some.all() else np.flatnonzero(some)

@@ -1,4 +1,4 @@
-"""What a linkage family is to the catalogue."""
+"""Family of linkages, as a plugin declares it."""
 
 from __future__ import annotations
 

@@ -1,25 +1,25 @@
-"""Linkages from the lengths of their links and the angle of the first crank, as textbooks give them.
+"""Linkages from link lengths and the angle of the first crank, as textbooks give them.
 
 Crank 1 turns about the origin; the second dyad stands to the right of it:
 
-====================  ==========================================================================================
+====================  ==========================================================================
 links                 linkage
-====================  ==========================================================================================
+====================  ==========================================================================
 ground crank coupler  four-bar; the second crank turns about (ground, 0)
 rocker
 crank coupler offset  slider-crank; the slider runs on the line y = offset
-ground crank offset   inverted slider-crank; a line of the coupler, at the distance `offset` from crank 1's moving
-                      pivot, to its left seen from there, runs through (ground, 0)
-height offset         swinging-block slider; the slider runs on the line y = height, and a line of the coupler, at the
-                      distance `offset` from the slider's pivot, runs through (0, 0)
-coupler between       elliptic trammel; one slider runs on the x axis, the other on a line through (0, 0) at the angle
-                      `between` [deg] from it
-ground between        Oldham linkage; two lines of the coupler, at the angle `between` [deg], run through (0, 0) and
-                      (ground, 0)
-====================  ==========================================================================================
+ground crank offset   inverted slider-crank; a line of the coupler runs through (ground, 0), at
+                      the distance `offset` from the moving pivot of crank 1, to its left
+height offset         swinging-block slider; the slider runs on the line y = height; a line of
+                      the coupler runs through (0, 0), at `offset` from the slider's pivot
+coupler between       elliptic trammel; one slider runs on the x axis, the other on a line
+                      through (0, 0) at the angle `between` [deg] from it
+ground between        Oldham linkage; two lines of the coupler, at the angle `between` [deg],
+                      run through (0, 0) and (ground, 0)
+====================  ==========================================================================
 
-The angle is that of crank 1 from the x axis, without a crank that of the coupler: of the line from
-slider to slider, or of the (first) slide's line.
+The angle is that of crank 1 from the x axis.  Without a crank it is that of the coupler: of the
+line from slider to slider, or of the line of the (first) slide.
 
 Source: the usual closures by two circles, or a circle and a line.
 """
@@ -51,12 +51,16 @@ POINT = ("x", "y", "along", "across")
 
 
 def from_lengths(links: Mapping[str, Any]) -> Linkage:
-    """Return linkages from the lengths of their links, arrays of shape () or (n,): one row of the table above.
+    """Return linkages from the lengths of their links.
 
-    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis
-    [deg]; of the coupler where there is none.  ``branch``: 1 (if left out) or -1, the two ways to
-    close the chain: the rocker's end to the left or right of the line from crank to rocker pivot,
-    the slider to the right or left, the coupler's line running to the slide or away from it.
+    Parameters
+    ----------
+    links : mapping of str to array_like, shape () or (n,)
+        One row of the table above [length, deg].  ``offset`` may be negative; left out it is 0.
+        ``angle``: of the first crank from the x axis, without a crank of the coupler [deg].
+        ``branch``: 1 (the default) or -1, the two ways to close the chain.  With 1 the end of the
+        rocker is to the left of the line from crank pivot to rocker pivot, the slider is to the
+        right, and the line of the coupler runs towards the slide.
 
     Raises
     ------
@@ -116,7 +120,7 @@ def _numbers(links: Mapping[str, Any]) -> dict[str, Floats]:
 
 
 def _closable(of: Mapping[str, Floats]) -> Floats:
-    """Choose an angle of the first crank that closes each chain, far from its dead points [deg]."""
+    """Choose an angle of the first crank for each chain [deg], far from dead points."""
     names = _row({*of})
     if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
         return np.full(1, 30.0)

@@ -33,11 +33,23 @@ def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
 
 
 def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, Complexes, Mask]:
-    """Find the nearest linkages and points with lengths in multiples of a step, and their mask (n,).
+    """Round the lengths of linkages with the least displacement of their joints.
 
-    Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares;
-    directions of pivots at infinity stay.  None where a length would vanish, or the chain cannot be
-    closed with the round lengths.
+    Least squares over the displacements of all pivots and the point; directions of pivots at
+    infinity stay.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+    step : float
+        Lengths become multiples of it [length].
+
+    Returns
+    -------
+    Linkage, complex ndarray, ndarray of bool
+        Linkages and points, and a mask: False where a length would vanish, or the chain cannot be
+        closed with round lengths.
     """
     pivots, moved, good = linkage.pivots.copy(), point.copy(), np.zeros(len(linkage), bool)
     for kinds in np.unique(linkage.dyads, axis=0):
@@ -82,7 +94,10 @@ def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, siz
 
 
 def _lengths(z: Complexes, kinds: tuple[int, ...]) -> dict[str, Floats]:
-    """Return the lengths of places (n, 5): A1, A1*, A2, A2* (directions at infinity), and the guided point."""
+    """Compute the lengths between places (n, 5).
+
+    The places are A1, A1*, A2, A2* (a direction where at infinity) and the guided point.
+    """
     fixed, moving, point = z[:, [0, 2]], z[:, [1, 3]], z[:, 4]
     out = {}
     for i in (0, 1):

@@ -1,20 +1,20 @@
 """Linkages: two dyads and the coupler they guide, as batches of homogeneous pivots.
 
-A pivot is (x, y, w).  w = 1: a point; w = 0: the point at infinity in direction (x, y).  A dyad is a fixed and a
-moving pivot:
+A pivot is (x, y, w).  w = 1: a point; w = 0: the point at infinity in direction (x, y).  A dyad is
+a fixed and a moving pivot:
 
-=====  ===================================  ==================================================================
-dyad   pivots                               constraint
-=====  ===================================  ==================================================================
-RR     both finite                          crank: the moving pivot keeps its distance from the fixed one
-PR     fixed pivot at infinity              slider: the moving pivot stays on the fixed line through it whose
-                                            normal is the direction of the fixed pivot
-RP     moving pivot at infinity             slide: the coupler line through the fixed pivot whose normal is the
-                                            direction of the moving pivot keeps passing through the fixed pivot
-=====  ===================================  ==================================================================
+====  ========================  ================================================================
+dyad  pivots                    constraint
+====  ========================  ================================================================
+RR    both finite               crank: the moving pivot keeps its distance from the fixed one
+PR    fixed pivot at infinity   slider: the moving pivot stays on a fixed line, whose normal is
+                                the direction of the fixed pivot
+RP    moving pivot at infinity  slide: a line of the coupler, whose normal is the direction of
+                                the moving pivot, always passes through the fixed pivot
+====  ========================  ================================================================
 
-The pivots are given in one *reference position*; fixed and moving plane share their coordinates
-there.
+Pivots are given in one *reference position*, in which fixed and moving plane share their
+coordinates.
 """
 
 from __future__ import annotations
@@ -168,7 +168,10 @@ class Linkage:
 
     @property
     def points(self) -> Complexes:
-        """Pivots as complex numbers x + iy, shape (n, 2, 2); a unit direction where the pivot is at infinity."""
+        """Pivots as complex numbers x + iy, shape (n, 2, 2).
+
+        A pivot at infinity is given by its unit direction.
+        """
         return self.pivots[..., 0] + 1j * self.pivots[..., 1]
 
     @property
@@ -190,7 +193,10 @@ class Linkage:
 
     @cached_property
     def sine(self) -> Floats:
-        """Sine of the angle from ray 1 to ray 2, shape (n,): 0 for parallel cranks and at dead points."""
+        """Sine of the angle from ray 1 to ray 2, shape (n,).
+
+        0 for parallel cranks and at dead points.
+        """
         return np.asarray((self.rays[:, 0].conj() * self.rays[:, 1]).imag)
 
     @cached_property
@@ -269,7 +275,10 @@ def homogeneous(z: Array, w: npt.ArrayLike = 1.0) -> Floats:
 
 
 def refuse(wrong: Array) -> None:
-    """Raise `InvalidLinkage` if anything is wrong with linkages (n,): empty strings where nothing is."""
+    """Raise `InvalidLinkage` for the first fault in the messages of linkages (n,).
+
+    An empty message means no fault.
+    """
     bad = np.flatnonzero(wrong != "")
     if bad.size:
         more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
@@ -277,7 +286,17 @@ def refuse(wrong: Array) -> None:
 
 
 def faults(pivots: Floats) -> Array:
-    """Return what is wrong with each of the pivots (n, 2, 2, 3), shape (n,): an empty string where nothing is."""
+    """Find what is wrong with pivots.
+
+    Parameters
+    ----------
+    pivots : ndarray, shape (n, 2, 2, 3)
+
+    Returns
+    -------
+    ndarray of str, shape (n,)
+        A message for each linkage, empty if it is valid.
+    """
     p = np.asarray(pivots, dtype=float)
     wrong = np.full(len(p), "", dtype=object)
 

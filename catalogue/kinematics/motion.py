@@ -1,26 +1,32 @@
 """Finite motion of all six families in closed form.
 
 A pose carries the coupler point z to  z + d + x (z - o),  x = exp(i theta) - 1.  Each dyad (A, w),
-(A*, w*), seen from the origin o, confines the pose to one and the same generalised circle,
+(A*, w*), with coordinates relative to the origin o, confines the pose to a generalised circle,
 
-    w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
+    w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0.
 
-and the two dyads together give a circle  a |y|^2 + 2 Re(conj(b) y) + g = 0  and a line  Re(conj(B) y) + H = 0  in the
-one unknown y that is left when a parameter t is chosen (a *chart*):
+Once a parameter t is chosen (a *chart*) one unknown y is left, and the two dyads together give a
+circle and a line in it:
 
-* coupler chart: t = tan(theta/2) of the coupler, y = d;
-* crank chart i: t = tan(phi/2) of the crank of dyad i, y = x, and o is the moving pivot of that crank.
+    a |y|^2 + 2 Re(conj(b) y) + g = 0,    Re(conj(B) y) + H = 0.
 
-With xi = exp(i angle) - 1 = 2 t (i - t)/(1 + t^2) every coefficient of circle and line is linear in (Re xi, Im xi),
-because |xi|^2 = -2 Re xi; times 1 + t^2 each is a quadratic polynomial of t (*form*).  Over a window of t all forms of
-all linkages at common nodes are one matrix product.  The reference position is t = 0, y = 0, nothing cancels near it,
-and the root that is continuous with it is kept.  A chart ends where circle and line touch, the zero of E - lo or
-hi - E for one more linear form E: the turning points of the parameter (coupler: the cranks are parallel or the
-linkage is at a dead point; crank: a dead point of that crank).
+* Coupler chart: t = tan(theta/2) of the coupler, y = d.
+* Crank chart i: t = tan(phi/2) of the crank of dyad i, y = x, and o is the moving pivot of that
+  crank.
 
-At a change point, where all pivots lie on one line and two branches cross, K and the discriminant
-vanish like t and t^2.  Both are divided out in the coupler chart, and the branch with the wanted
-pole is kept on both sides.
+With xi = exp(i angle) - 1 = 2 t (i - t)/(1 + t^2) every coefficient of circle and line is linear in
+(Re xi, Im xi), because |xi|^2 = -2 Re xi.  Times 1 + t^2 each is a quadratic polynomial of t
+(*form*), so that over a window of t all forms of all linkages at common nodes are one matrix
+product.  The reference position is t = 0, y = 0.  Nothing cancels near it, and the root continuous
+with it is taken.
+
+A chart ends where circle and line touch: at a zero of E - lo or hi - E, for one more linear form
+E.  These are the turning points of the parameter.  In the coupler chart the cranks are parallel
+there or the linkage is at a dead point; in a crank chart that crank is at a dead point.
+
+At a change point all pivots lie on one line and two branches cross: K and the discriminant vanish
+like t and t^2.  Both are divided out in the coupler chart, and the branch with the given pole is
+followed on both sides.
 
 Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the
 linkages.
@@ -38,13 +44,17 @@ from .batch import Columns
 from .linkage import PR, RP, RR, Linkage, homogeneous
 from .types import Array, Floats, Mask
 
-#: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's constant g/t,
-#: N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common denominator is 1 + t^2.
+#: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's
+#: constant g/t, N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common
+#: denominator is 1 + t^2.
 H, G, N, K, J2, B_X, B_Y = range(7)
 
 
 def coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
-    """Circle of dyad 1 and line left by dyad 2, for y = d; then limits, scale of K and coefficient of the circle."""
+    """Set up the forms of the coupler chart, y = d: circle of dyad 1, line from dyad 2.
+
+    Returns forms, limit E, its lower and upper bound, scale of K, coefficient of the circle.
+    """
     a, a2 = w[:, 0, 0] * w[:, 0, 1], w[:, 1, 0] * w[:, 1, 1]
     b, b2 = ((w[:, i, 0] * z[:, i, 1] - w[:, i, 1] * z[:, i, 0], w[:, i, 0] * z[:, i, 1]) for i in (0, 1))
     g, g2 = (_real(-2 * z[:, i, 0].conj() * z[:, i, 1]) for i in (0, 1))
@@ -65,7 +75,10 @@ def coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
 
 
 def crank_chart(z: Array, w: Array, kind: Array) -> tuple[Array, ...]:
-    """Circle of the unit vectors 1 + x and line of dyad 2, for y = x; the origin is the crank's moving pivot."""
+    """Set up the forms of a crank chart, y = x: unit circle of 1 + x, line from dyad 2.
+
+    The origin is the moving pivot of the crank.  Returns as `coupler_chart`.
+    """
     lever = z[:, 0, 1] - z[:, 0, 0]
     a, am, w0, w1 = z[:, 1, 0], z[:, 1, 1], w[:, 1, 0], w[:, 1, 1]
     line = (-a * am.conj(), w0 * lever * am.conj())
@@ -93,7 +106,10 @@ def _complex(p: tuple[Array, Array]) -> Array:
 
 
 def _product(p: tuple[Array, Array], q: tuple[Array, Array]) -> Array:
-    """Coefficients of (1, Re xi, Im xi) in conj(p0 + p1 xi) (q0 + q1 xi), using |xi|^2 = -2 Re xi."""
+    """Multiply conj(p0 + p1 xi) by q0 + q1 xi: coefficients of (1, Re xi, Im xi).
+
+    |xi|^2 = -2 Re xi.
+    """
     first, second = p[0].conj() * q[1], p[1].conj() * q[0]
     return np.stack([p[0].conj() * q[0], first + second - 2 * p[1].conj() * q[1], 1j * (first - second)])
 
@@ -104,12 +120,18 @@ def _polynomial(f: Array) -> Array:
 
 
 def _over_t(f: Array) -> Array:
-    """Coefficients of (1, t, t^2) in (1 + t^2) f / t, where f is linear in xi and 0 at t = 0."""
+    """Compute (1 + t^2) f / t: coefficients of (1, t, t^2).
+
+    f is linear in xi, and 0 at t = 0.
+    """
     return np.stack([2 * f[2], -2 * f[1], np.zeros_like(f[0])])
 
 
 def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
-    """Return the nearest t on the given side of 0 where the form reaches a limit; infinite if it never does."""
+    """Find the nearest t on one side of 0 where a form reaches a limit.
+
+    The side is 1 or -1; infinite where the form reaches none.
+    """
     best = np.full(form.shape[-1], np.inf, dtype=form.dtype)
     for level in (low, high):
         c = form[0] - level
@@ -125,7 +147,7 @@ def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
 def at_change(
     forms: Array, circle: Array, unit: Array, origin: Array, pole: Array, change: Mask
 ) -> tuple[Array, Array]:
-    """Divide K by t at change points, and return the sign of the root of the given pole."""
+    """Divide K by t at change points and select the branch by the pole."""
     k = forms[K]
     forms = forms.copy()
     forms[K] = np.where(change, np.stack([k[1], k[2], np.zeros_like(k[0])]), k)
@@ -143,13 +165,19 @@ def at_change(
 
 
 def crossed(forms: Array, scale: Array) -> Mask:
-    """Return where the circle's constant vanishes too: with K = 0 alone the rays are parallel, not one, shape (n,)."""
+    """Tell where the constant of the circle vanishes as well as K, shape (n,).
+
+    With K = 0 alone the rays are parallel but not on one line.
+    """
     h, g, n, j2 = forms[H, 0], forms[G, 0], forms[N, 0], forms[J2, 0]
     return np.asarray(np.abs(g * n - j2 * h) <= 1e-9 * (np.abs(g * n) + np.abs(j2 * h)) + 1e-10 * scale**2)
 
 
 def divided_constant(forms: Array) -> Array:
-    """Coefficients of  (g N - 2 J h)/t  at a change point, where it has no constant term, shape (3, n)."""
+    """Compute  (g N - 2 J h)/t  at a change point: coefficients, shape (3, n).
+
+    The numerator has no constant term there.
+    """
     h, g, n, j2 = forms[H], forms[G], forms[N], forms[J2]
     return np.stack(
         [
@@ -166,7 +194,7 @@ def crossing(forms: Array, circle: Array, branch: Array) -> Array:
 
 
 def root_of(h: Array, k: Array, divided: Array, circle: Array, branch: Array) -> Array:
-    """Return q of linkages at a change point, all divided by t as far as it goes."""
+    """Compute q of linkages at a change point, with the common powers of t divided out."""
     mixed = circle * h * h + divided
     with np.errstate(all="ignore"):
         root = branch * np.sqrt(np.where(circle > 0, k * k - mixed, k * k))
@@ -201,7 +229,7 @@ class Pose(NamedTuple):
         return np.asarray((1 + self.x) * z)
 
     def pivot(self, linkage: Linkage, i: int) -> Array:
-        """Return where moving pivot i is, or its direction where it is at infinity, shape (m, n)."""
+        """Compute the position of moving pivot i, or its direction if at infinity, shape (m, n)."""
         z = linkage.points[:, i, 1]
         return np.where(linkage.finite[:, i, 1], self.point(z), self.direction(z))
 
@@ -217,27 +245,27 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion(Columns):
-    """Finite motion of n linkages, each in a chart of its own (made by `motion`); arrays of shape (n,) unless said.
+    """Finite motion of n linkages, each in its own chart; made by `motion`.
 
     Attributes
     ----------
-    chart : ndarray of int
+    chart : ndarray of int, shape (n,)
         `COUPLER`, `CRANK_1` or `CRANK_2`.
-    conditioning : ndarray
+    conditioning : ndarray, shape (n,)
         Between 0 (the chart is singular in the reference position) and about 1.
     interval : ndarray, shape (2, n)
         Nearest turning points of the parameter below and above 0; infinite where the parameter
         turns fully.
     forms : ndarray, shape (7, 3, n)
-    circle : ndarray
+    circle : ndarray, shape (n,)
         The coefficient a of the circle, 0 if it is a line.
-    origin, lever : complex ndarray
+    origin, lever : complex ndarray, shape (n,)
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
-    unit : ndarray
+    unit : ndarray, shape (n,)
         Of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the
         linkage's size [length].
-    branch : ndarray
-        0; at a change point the sign of the root that is taken for t > 0.
+    branch : ndarray, shape (n,)
+        Sign of the root for t > 0 at a change point, else 0.
     """
 
     linkage: Linkage
@@ -252,7 +280,14 @@ class Motion(Columns):
     branch: Array
 
     def point(self, z: Array, along: Array | None = None) -> Path:
-        """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
+        """Return the paths of coupler points.
+
+        Parameters
+        ----------
+        z : complex ndarray, shape (n,)
+        along : complex ndarray, shape (n,), optional
+            Unit vectors of the first axis of the displacements (default: the x axis).
+        """
         crank = self.chart != COUPLER
         axis = np.ones_like(z) if along is None else np.conj(along)
         return self._path(
@@ -260,7 +295,7 @@ class Motion(Columns):
         )
 
     def turn(self) -> Path:
-        """Return (Re x, Im x) of the pose as if it were the path of a point."""
+        """Return (Re x, Im x) of the pose as a `Path`."""
         crank = self.chart != COUPLER
         return self._path(np.where(crank, 0j, 1), np.where(crank, 1, 0j))
 
@@ -294,7 +329,10 @@ class Motion(Columns):
         return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
 
     def velocity_of(self, z: Array) -> Array:
-        """Velocity of the coupler points z (n,) with respect to t in the reference position, complex, shape (n,)."""
+        """Compute velocities of coupler points z in the reference position.
+
+        Complex, shape (n,), per unit of the parameter t.
+        """
         d, x = self.velocity
         return np.asarray(d + x * (z - self.origin))
 
@@ -316,7 +354,20 @@ class Path(Columns):
         return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
 
     def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
-        """Compute displacements (u, v), (m, n) each, at `nodes` (m,) of windows [low, high], (n,)."""
+        """Compute displacements over windows of the parameter.
+
+        Parameters
+        ----------
+        low, high : ndarray, shape (n,)
+            Ends of the window of each linkage.
+        nodes : ndarray, shape (m,)
+            Places in a window, from -1 to 1.
+
+        Returns
+        -------
+        tuple of ndarray, shape (m, n)
+            Displacements u and v.
+        """
         n = self.forms.shape[-1]
         rows = max(1, BLOCK // len(nodes))
         if n > rows:
@@ -371,15 +422,24 @@ def motion(
     dtype: Any = float,
     pole: Array | None = None,
 ) -> Motion:
-    """Return the motion of n linkages in charts, int or (n,).
+    """Set up the motion of n linkages in charts.
 
-    A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  The origin
-    (n,) is that of the coupler chart; digits are kept best when it is the guided point.  The poles
-    (n,) in the reference position choose the branch of linkages at a change point.  In a crank
+    A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  In a crank
     chart poses lose digits where the end of the driving crank comes near the other dyad's fixed
-    point: the turn is known to some 1e-16 over the square of their distance, as a part of the
-    linkage's size.  The working precision `dtype` is float or numpy.longdouble, which is double
-    where the platform has no extended precision.
+    point: the error of the turn is some 1e-16 over the square of their distance in sizes of the
+    linkage.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    chart : int or ndarray of int, shape (n,)
+    origin : complex ndarray, shape (n,), optional
+        Origin of the coupler chart; the guided point keeps most digits.
+    dtype : type
+        Working precision, float or numpy.longdouble; the latter is double where the platform has no
+        extended precision.
+    pole : complex ndarray, shape (n,), optional
+        Pole in the reference position: chooses the branch of linkages at a change point.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))
     pivots = linkage.pivots.astype(dtype)
@@ -421,9 +481,10 @@ def motion(
 
 
 def conditioning(linkage: Linkage) -> Floats:
-    """Return how well each chart is conditioned in the reference position, shape (3, n): sines of an angle.
+    """Measure how well each chart is conditioned in the reference position, shape (3, n).
 
-    Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All
-    three vanish only at a change point, where all pivots lie on one line.
+    Coupler chart: sine of the angle between the two rays.  Crank chart: sine of the transmission
+    angle while that crank drives.  All three vanish only at a change point, where all pivots lie on
+    one line.
     """
     return np.asarray(np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS])))

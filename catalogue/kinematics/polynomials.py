@@ -22,11 +22,20 @@ def product(*factors: Array) -> Array:
 
 
 def real_roots(coefficients: Floats) -> Floats:
-    """Return the real roots of polynomials of degree d, shape (n, d), NaN for the complex ones.
+    """Compute the real roots of polynomials by the eigenvalues of companion matrices.
 
-    The coefficients (n, d + 1) go from the constant on; the last one is not to be 0.  Eigenvalues
-    of companion matrices: a root of multiplicity m is good to the m-th root of the rounding, a
-    double one may be taken for complex.
+    A root of multiplicity m is accurate to the m-th root of the rounding; a double root may be
+    taken for a complex pair.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (n, d + 1)
+        From the constant on; the last one is not 0.
+
+    Returns
+    -------
+    ndarray, shape (n, d)
+        NaN for complex roots.
     """
     n, d = coefficients.shape[0], coefficients.shape[1] - 1
     with np.errstate(all="ignore"):

@@ -1,13 +1,17 @@
-"""Velocities and accelerations of the coupler in one position, per unit angular velocity of the drive.
+"""Velocities and accelerations of the coupler, per unit angular velocity of the drive.
 
-A dyad confines the velocity of the coupler point P that it holds (the moving pivot of a crank or
-slider, where the coupler is in the fixed pivot of a slide) to be normal to its ray n:
+Each dyad holds a coupler point P: the moving pivot of a crank or slider, the coupler point in the
+fixed pivot of a slide.  Along the ray n of the dyad the velocity of P vanishes and its acceleration
+is known:
 
-    n . v(P) = 0,    n . a(P) = -|v(P)|^2 / length (crank),  0 (slider),  2 n . (i omega v(P)) (slide: Coriolis),
+    n . v(P) = 0
+    n . a(P) = -|v(P)|^2 / length       (crank)
+             = 0                        (slider)
+             = 2 n . (i omega v(P))     (slide: Coriolis)
 
-and the driving crank's pin has the velocity i (P - A) and the acceleration -(P - A) if its angular
-velocity is 1. These are three linear equations each for the motion of the coupler.  At a dead point
-of the driving crank they contradict each other: NaN.
+The pin of the driving crank has the velocity i (P - A) and the acceleration -(P - A) at unit
+angular velocity.  These are three linear equations each for velocity and acceleration of the
+coupler.  At a dead point of the driving crank they contradict each other: NaN.
 
 Source: the usual velocity and acceleration analysis; W. Hartenberg and J. Denavit, Kinematic
 Synthesis of Linkages, 1964, ch. 4.
@@ -24,20 +28,20 @@ from .linkage import RP, RR, Linkage
 from .plane_vectors import dot
 from .types import Array, Complexes, Floats
 
-#: Sine of the angle between the rays of driving and driven dyad, times the part that the coupler is
-#: of the linkage's size, below which the drive stands in a dead point.
+#: Dead point of the drive: largest determinant of the three equations, relative to its terms.  It
+#: is the sine of the angle between driving and driven ray times coupler length over size.
 DEAD = 1e-12
 
 
 @dataclass(frozen=True)
 class Rates(Rows):
-    """First and second derivatives of n couplers by the angle of their drives; arrays of shape (n,).
+    """First and second derivatives of n couplers by the angle of their drives.
 
     Attributes
     ----------
-    origin, velocity, acceleration : complex ndarray
+    origin, velocity, acceleration : complex ndarray, shape (n,)
         A coupler point, its velocity [length/rad] and acceleration [length/rad^2].
-    omega, alpha : ndarray
+    omega, alpha : ndarray, shape (n,)
         Angular velocity of the coupler over that of the drive, and its derivative [1/rad].
     """
 
@@ -56,7 +60,10 @@ class Rates(Rows):
         return np.asarray(self.acceleration + (1j * self.alpha - self.omega**2) * (z - self.origin))
 
     def crank(self, linkage: Linkage, i: int) -> tuple[Floats, Floats]:
-        """Compute angular velocity and acceleration of crank i, (n,) each; NaN if dyad i is no crank."""
+        """Compute angular velocity and acceleration of crank i, (n,) each.
+
+        NaN if dyad i is no crank.
+        """
         spoke, pin = linkage.points[:, i, 1] - linkage.points[:, i, 0], linkage.points[:, i, 1]
         with np.errstate(all="ignore"):
             of = (self.velocity_of(pin), self.acceleration_of(pin))
@@ -102,12 +109,12 @@ def rates(linkage: Linkage, drive: Array) -> Rates:
 
 
 def _row(normal: Complexes, at: Complexes) -> Floats:
-    """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n); `at` in units."""
+    """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n)."""
     return np.stack([normal.real, normal.imag, dot(normal, 1j * at)])
 
 
 def _solved(rows: list[Floats], right: list[Floats]) -> Floats:
-    """Return the solutions (3, n) of three linear equations each."""
+    """Solve n systems of three linear equations, shape (3, n); NaN where they are singular."""
     a, b, c = rows
     pairs = [np.cross(x, y, axis=0) for x, y in ((b, c), (c, a), (a, b))]
     determinant = (a * pairs[0]).sum(0)

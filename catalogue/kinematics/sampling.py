@@ -183,7 +183,21 @@ def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) 
 
 
 def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
-    """Halve the intervals between parameters (m,) until all pass a test.  Return parameters and values."""
+    """Halve intervals until all pass a test, and return parameters and values.
+
+    Parameters
+    ----------
+    curve : callable
+        Values (m, k) at parameters (m,).
+    at : ndarray, shape (m,)
+        Ends of the intervals at first.
+    test : callable
+        Error of intervals over the permitted one; see `Test`.
+
+    Returns
+    -------
+    ndarray, shape (m,), complex ndarray, shape (m, k)
+    """
     values = curve(at)
     open_: Mask = np.ones(len(at) - 1, bool)
     for _ in range(MAX_ROUNDS):
@@ -225,7 +239,12 @@ def lowest(function: Callable[[Floats], Floats], at: Floats, values: Floats) -> 
 
 
 def within(curve: Curve, at: Floats) -> Complexes:
-    """Return the values of a curve within the intervals between parameters (m,), shape (3, m - 1, k)."""
+    """Evaluate a curve at `INNER` of each interval between parameters (m,).
+
+    Returns
+    -------
+    complex ndarray, shape (3, m - 1, k)
+    """
     inner = at[:-1] + np.multiply.outer(INNER, np.diff(at))
     return curve(inner.ravel()).reshape(*inner.shape, -1)
 

@@ -52,7 +52,10 @@ def place_points(samples: Samples, column: int, error: float = SPLINE_ERROR) -> 
 
 
 def cubic(knots: Floats, z: Complexes) -> Any:
-    """Interpolate places (m,) at parameters (m,) by a cubic spline, not-a-knot, of two real columns."""
+    """Interpolate places (m,) at parameters (m,) by a cubic not-a-knot spline.
+
+    It has two real columns, x and y.
+    """
     from scipy.interpolate import make_interp_spline
 
     return make_interp_spline(knots, np.stack([z.real, z.imag], 1), k=3)
@@ -70,10 +73,21 @@ def spline_parameters(at: Floats, z: Complexes) -> Floats:
 
 
 def _off_spline(spline: Any, knots: Floats, inner: Complexes) -> Floats:
-    """Return the largest distance of places (3, m - 1) within intervals from a spline, shape (m - 1,).
+    """Compute the largest distance of places within each interval from a spline.
 
-    Newton's method finds the nearest place; where it fails the distance is told too large, never
+    Newton's method finds the foot points; where it fails the distance comes out too large, never
     too small.
+
+    Parameters
+    ----------
+    spline : BSpline
+    knots : ndarray, shape (m,)
+    inner : complex ndarray, shape (3, m - 1)
+        Places at `INNER` of each interval.
+
+    Returns
+    -------
+    ndarray, shape (m - 1,)
     """
     u = knots[:-1] + np.multiply.outer(INNER, np.diff(knots))
     slope, least = spline.derivative(), np.full(u.shape, np.inf)

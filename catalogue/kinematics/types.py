@@ -1,4 +1,4 @@
-"""Array types: what an array holds, said in signatures."""
+"""Names of array types for signatures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Indices = npt.NDArray[np.intp]
 
 
 def read_only(given: npt.ArrayLike) -> Array:
-    """Return a copy that nobody writes to: what is lent to a plugin."""
+    """Copy an array and make it read-only, to lend it to a plugin."""
     found = np.array(given)
     found.setflags(write=False)
     return found

@@ -1,8 +1,8 @@
-"""Contract tests for the authors of plugins; needs pytest and mpmath (``mechanism-catalogue[test]``).
+"""Contract tests for authors of plugins (extra ``test``: pytest and mpmath).
 
-`SeriesContract` and `CollectionContract` are subclassed, `load` reads a plugin; `contact` measures
-orders of contact with many digits, sharing no formula with the core.  Import the three from the
-room; it imports `plugin` and what lies below.
+Subclass `SeriesContract` or `CollectionContract`; `load` reads a plugin; `contact` measures orders
+of contact with many digits, and shares no formula with the core.  Import these from the room; it
+imports `plugin` and what lies below.
 """
 
 from .collection import CollectionContract

@@ -1,4 +1,4 @@
-"""What the parts of the contract share."""
+"""Fixtures and assertions that the parts of the contract share."""
 
 from __future__ import annotations
 
@@ -35,8 +35,10 @@ class Contract:
             metafunc.parametrize("member", self.series.members, ids=[m.key for m in self.series.members])
 
     def samples(self, member: Member) -> list[Sample]:
-        """Return the linkages of a member to test: an even sample, one of each configuration that it lacks, and the
-        special points; drawn once."""
+        """Draw the linkages of a member to test, once.
+
+        They are an even sample, one linkage of each configuration it lacks, and the special points.
+        """
         known = _DRAWN.get((type(self), member.key))
         if known is not None and known[0].series is self.series and known[0].member is member:
             return known
@@ -55,8 +57,10 @@ class Contract:
 
 
 def holds(sample: Sample, good: object, text: str, *values: Sequence[object] | Array) -> None:
-    """Assert that something is true of all linkages, shape (n,); `text`, with the values in its places of the first of
-    which it is not, says what is wrong."""
+    """Assert that a condition holds for all linkages, shape (n,).
+
+    The message is `text`, formatted with the values of the first linkage that fails.
+    """
     wrong = np.flatnonzero(~np.asarray(good))
     if wrong.size:
         said = text.format(*(value[wrong[0]] for value in values)) if values else text
@@ -84,7 +88,10 @@ def real(g: Guided) -> Array:
 
 
 def apart(p: Array, q: Array) -> Array:
-    """Return how far apart pairs (n, 2, 3) are: the larger sine of the angles between homogeneous points."""
+    """Measure how far apart pairs (n, 2, 3) are.
+
+    It is the larger sine of the angles between their homogeneous points.
+    """
     with np.errstate(all="ignore"):
         p, q = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (p, q))
         return np.asarray(np.linalg.norm(np.cross(p, q), axis=-1).max(-1))

@@ -73,7 +73,7 @@ class CollectionContract:
             assert (m.radius is None) == (kind == "line")
 
     def test_a_given_radius_is_kept(self, family: str) -> None:
-        """The deviation is from an arc of exactly that radius, so that it is not below that from the best one."""
+        """An arc of given radius deviates no less than one of free radius."""
         some = [s.parameters for s in self.specimens(family) if s.kind == "circle" and s.deviation <= 0.02]
         for best, one in zip(self.collection.measure(some, _wish("circle")), some, strict=True):
             assert best.radius is not None

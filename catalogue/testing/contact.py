@@ -1,12 +1,14 @@
-"""Contact of guided pairs with the finite motion, from nothing but the closed loop, in 100 digits.
+"""Order of contact of guided pairs, from the closed loop alone, in 100 digits.
 
-A guided pair is a dyad that the linkage does not have: its *gap*, how far the motion violates its
-constraint, vanishes to the order of contact.  The loop is closed by Newton's method on the gaps of
-the two dyads that the linkage has; the position is parametrised by its distance s along the tangent
-of the motion in (d, angle), which is regular wherever the linkage is not at a change point; there
-the branch that turns about the origin is taken, the pole of a canonical frame.  The Taylor
-coefficients of a gap then come from positions a hair apart: the first that does not vanish is that
-of s^(order + 1).  Slots (moving pivot at infinity) have the gap of the inverse motion.
+A guided pair is a dyad that the linkage does not have.  Its *gap*, the violation of its constraint
+by the finite motion, vanishes to the order of contact.  Newton's method closes the loop: it makes
+the gaps of the two dyads of the linkage vanish.
+
+Positions are parametrised by the distance s along the tangent of the motion in (d, angle), which is
+regular unless the linkage is at a change point; there the branch that turns about the origin is
+taken, the pole of a canonical frame.  The Taylor coefficients of a gap come from positions a hair
+apart; the first that does not vanish is that of s^(order + 1).  Slots (moving pivot at infinity)
+have the gap of the inverse motion.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ EXACT_GAP = 1e-14
 
 
 class Dyad:
-    """The constraint of a pair: gap and gradient over a pose z -> d + exp(i angle) z, written out case by case."""
+    """The constraint of a pair: gap and gradient over a pose z -> d + exp(i angle) z."""
 
     def __init__(self, pair: Array) -> None:
         (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(v) for v in pivot] for pivot in pair)
@@ -56,7 +58,9 @@ class Dyad:
 
 
 def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
-    """Return the pose (Re d, Im d, angle) at the distance s along the tangent of the motion, sought near `start`.
+    """Find the pose at the distance s along the tangent of the motion.
+
+    It is (Re d, Im d, angle); Newton's method begins at `start`.
 
     Raises
     ------
@@ -82,7 +86,7 @@ def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
 
 
 def taylor(pivots: Array, pairs: list[Array]) -> list[Array]:
-    """Return the Taylor coefficients in s of the gap of each pair, from s^0 to s^8, on the motion of one linkage."""
+    """Compute the Taylor coefficients in s, from s^0 to s^8, of the gap of each pair."""
     with mp.workdps(DIGITS):
         dyads = [Dyad(dyad) for dyad in pivots]
         poses = [pose(dyads, j * STEP) for j in range(-SIDE, SIDE + 1)]
@@ -95,14 +99,17 @@ def taylor(pivots: Array, pairs: list[Array]) -> list[Array]:
 
 
 def contact_order(coefficients: Array) -> int | None:
-    """Return the order of contact that Taylor coefficients show; None if no term of theirs is there."""
+    """Read the order of contact from Taylor coefficients; None if all of them vanish."""
     terms = np.abs(coefficients) * NEAR ** np.arange(len(coefficients))
     there = np.flatnonzero(terms > max(ZERO * terms.max(), 1e-15))
     return int(there[0]) - 1 if there.size else None
 
 
 def largest_gap(pivots: Array, pairs: list[Array]) -> list[float]:
-    """Return the largest gap of each pair over the finite motion from -0.3 to 0.3, as far as the loop closes."""
+    """Compute the largest gap of each pair over s from -0.3 to 0.3.
+
+    Positions at which the loop does not close are left out.
+    """
     with mp.workdps(DIGITS):
         dyads = [Dyad(dyad) for dyad in pivots]
         poses = []

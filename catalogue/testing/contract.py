@@ -11,7 +11,7 @@ from .membership import MembershipContract
 
 
 def load(code: str, *folders: object) -> Series:
-    """Return a series by its code, as the catalogue loads it from the built-in plugins and from `folders`."""
+    """Load a series by its code, from the built-in plugins and from `folders`."""
     return _registry(tuple(map(str, folders))).get(code)
 
 

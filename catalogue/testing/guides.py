@@ -19,7 +19,7 @@ MEASURED = 4
 
 
 class GuidesContract(Contract):
-    """What is claimed of a guided element holds."""
+    """The claims of a series about its guided elements hold."""
 
     def test_guides_touch_the_finite_motion_to_their_order(self, member: Member) -> None:
         for sample in self.samples(member):
@@ -70,7 +70,7 @@ class GuidesContract(Contract):
 
 
 def _measured(sample: Sample) -> dict[int, list[Guided]]:
-    """Return, by number of linkage, the guided elements to measure there: each at its first real places."""
+    """Choose the guided elements to measure: each at its first real places, by linkage."""
     finite = [(g, real(g)) for g in sample.guided]
     numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[:MEASURED]})
     return {i: [g for g, there in finite if there[i]] for i in numbers}

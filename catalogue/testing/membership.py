@@ -1,4 +1,4 @@
-"""Synthesis, classification and inversion: arrays, canonical frame, round trip, edges of the domain."""
+"""Synthesis, classification and inversion: arrays, frame, round trip, edges of the domain."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ FRAME = 1e-6
 
 
 class MembershipContract(Contract):
-    """What is synthesised is classified as a member, in any frame and any batch, inverted as one of the inverse."""
+    """Synthesised linkages are members in any frame and batch; their inverses are of the inverse
+    series.
+    """
 
     def test_linkages_are_members(self, member: Member) -> None:
         for sample in self.samples(member):

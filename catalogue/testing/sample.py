@@ -1,4 +1,4 @@
-"""What the contract tests are run on: members of a series at even, at extreme and at chosen parameters."""
+"""Members of a series at even, extreme and chosen parameters, for the contract tests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..kinematics.types import Array
 from ..series.series import Guided, Member, Series
 
 SIZE = 64
-#: Points among which configurations are sought that an even sample of that size lacks.
+#: Points drawn to find the configurations that an even sample lacks.
 LOOK = 4096
 
 
@@ -56,7 +56,10 @@ class Sample:
 
     @cached_property
     def configuration(self) -> Array:
-        """Configuration of each linkage, at dead points that of the branch that turns about the origin, shape (n,)."""
+        """Configuration of each linkage, shape (n,).
+
+        At a dead point it is that of the branch that turns about the origin.
+        """
         return Instant(self.linkage, np.zeros(len(self.linkage), complex)).configuration
 
     def part(self, index: Array) -> Sample:
@@ -77,7 +80,7 @@ def even(series: Series, member: Member, size: int = SIZE) -> Sample:
 
 
 def rare(sample: Sample) -> Sample | None:
-    """Return one linkage of each configuration of the member that the sample lacks; None if it lacks none."""
+    """Draw a linkage of each configuration that the sample lacks; None if there is none."""
     many = even(sample.series, sample.member, LOOK).valid
     names, which = np.unique(many.configuration, return_index=True)
     lacking = which[~np.isin(names, sample.configuration)]
