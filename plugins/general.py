@@ -1,9 +1,9 @@
-"""Series general: any linkage with a finite pole whose cubics do not degenerate (s, kappa, kappa* other than zero).
+"""Series general: any linkage with a finite pole whose cubics do not degenerate.
 
-With a = S/R, b = S/R* and the tangents t of their rays, all four principal pairs have t1 + t2 + t3
-+ t4 = a + b and t1 t2 t3 t4 = a b; the undulation point stands on the ray t = -a, the cuspidation
-point on t = -b.  Inversion turns (a, b) into (b, a) up to a mirror image and leaves the tangents;
-the series is its own inverse.
+That is, s, kappa and kappa* are other than zero.  With a = S/R, b = S/R* and the tangents t of
+their rays, all four principal pairs have t1 + t2 + t3 + t4 = a + b and t1 t2 t3 t4 = a b; the
+undulation point stands on the ray t = -a, the cuspidation point on t = -b.  Inversion turns (a, b)
+into (b, a) up to a mirror image and leaves the tangents; the series is its own inverse.
 """
 
 from collections.abc import Callable, Iterator
@@ -45,7 +45,7 @@ CHI = Parameter("chi", angles((-165, -100), (-80, 80), (100, 165)), "kappa + kap
 ALPHA = Parameter("alpha", angles((-80, -48), (-42, -10), (10, 42), (48, 80)), "tan(alpha) = S/R, or S/R* [rad]")
 
 
-# -- linkages -------------------------------------------------------------------------------------------------------
+# -- linkages --------------------------------------------------------------------------------------
 def crank(p: Parameters, name: str) -> Array:
     """Crank on the ray of that name."""
     return ray_pair(p["kappa"], p["s"], np.tan(p[name]))
@@ -81,7 +81,7 @@ def with_both(p: Parameters) -> Array:
     return linkage_of(slider(p, "phi1"), slide(p, "phi2"))
 
 
-# -- conditions -----------------------------------------------------------------------------------------------------
+# -- conditions ------------------------------------------------------------------------------------
 def inverse(derive: Derive) -> Derive:
     """Apply the condition to the inverse motion."""
 
@@ -144,8 +144,11 @@ def fifth_order_both(p: Parameters) -> Parameters:
 
 
 def double_undulation(first: int, second: int) -> Derive:
-    """Six positions on a line (not in Allievi): the cranks are two of the three roots, counted from the largest, of
-    t^3 - (2a + b) t^2 - ((a + 2b)/a) t + b = 0; all are real for a b > 0."""
+    """Solve six positions on a line (not in Allievi) for both cranks.
+
+    They are two of the three roots, counted from the largest, of
+    t^3 - (2a + b) t^2 - ((a + 2b)/a) t + b = 0; all are real for a b > 0.
+    """
 
     def derived(p: Parameters) -> Parameters:
         a = p["kappa"] * np.tan(p["psi"])
@@ -160,13 +163,16 @@ def double_undulation(first: int, second: int) -> Derive:
 
 
 def double_undulation_slide(p: Parameters) -> Parameters:
-    """Solve six positions with a slide (not in Allievi): b = 1/a, a crank with t + 1/t = 2 (a + b)."""
+    """Solve six positions on a line with a slide (not in Allievi).
+
+    b = 1/a, a crank with t + 1/t = 2 (a + b).
+    """
     a = np.tan(p["alpha"])
     c = a + 1 / a
     return {**cubics(a, 1 / a), "phi1": np.arctan(c - np.sqrt(c * c - 1)), "phi2": np.arctan(-1 / a)}
 
 
-# -- guides and membership ------------------------------------------------------------------------------------------
+# -- guides and membership -------------------------------------------------------------------------
 def guided(p: Parameters) -> Iterator[Guided]:
     """[3], [4] by eqs. (21), (22), of order 5 iff e1 = e3.
 
@@ -189,7 +195,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: 0.  Margin: to I (rho0/|S|), II and III (rho0/|R|), their inverses, dead points, parallel cranks."""
+    """Residual: 0.  Margin: to the degenerate series.
+
+    rho0/|S| to I, rho0/|R| to II and III, those of the inverses, dead points, parallel cranks.
+    """
     linkage, at = instant.linkage, instant.curvature
     with np.errstate(invalid="ignore"):
         margin = np.min([*(np.abs(c) * at.rho0 for c in (at.s, at.kappa, at.kappa_star)), np.abs(linkage.sine)], axis=0)
@@ -221,8 +230,10 @@ def members() -> Iterator[Member]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """One crank given: with the guided pair it makes the law of the instant, whose two principal pairs are the possible
-    other dyads; each guides to order 4."""
+    """One crank given: find the dyads that guide a given pair to order 4.
+
+    Crank and pair determine the instant; its two principal pairs are the possible other dyads.
+    """
     if posed.given != "crank":
         return None
     n = len(posed.axis)

@@ -50,20 +50,28 @@ def symmetric(p: Parameters) -> Parameters:
 
 
 def pseudo_undulation(p: Parameters) -> Parameters:
-    """Five positions on a line at the inflection pole, eq. (29): cot(phi2) = -(1 + 2 kappa/kappa*) tan(phi1)."""
+    """Five positions on a line at the inflection pole, eq. (29).
+
+    cot(phi2) = -(1 + 2 kappa/kappa*) tan(phi1).
+    """
     return {"phi2": np.arctan2(1.0, -(1 + 2 * p["kappa"] / (p["kappa"] + 1)) * np.tan(p["phi1"]))}
 
 
 def double_undulation(p: Parameters) -> Parameters:
-    """Six positions on a line, eq. (30): cot(phi1) = -cot(phi2) = sqrt(1 + 2 kappa/kappa*) (Roberts)."""
+    """Six positions on a line, eq. (30) (Roberts).
+
+    cot(phi1) = -cot(phi2) = sqrt(1 + 2 kappa/kappa*).
+    """
     phi = np.arctan2(1.0, np.sqrt(1 + 2 * p["kappa"] / (p["kappa"] + 1)))
     return {"phi1": phi, "phi2": np.pi - phi}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Principal pairs on the pole normal by eqs. (24), (25), real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27).
+    """Principal pairs on the pole normal by eqs. (24), (25).
 
-    Symmetric cranks raise the order of what stands on the pole normal by one if it is even."""
+    They are real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27).  Symmetric cranks raise even
+    orders on the pole normal by one.
+    """
     kappa, star = p["kappa"], p["kappa"] + 1
     c = 1 / (np.tan(p["phi1"]) * np.tan(p["phi2"]))
     even = np.abs(np.sin(p["phi1"] + p["phi2"])) < 1e-12
@@ -83,7 +91,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle between coupler and line of fixed pivots.  Margin: to II, II*, I.Gy, dead points."""
+    """Residual: sine of the angle between coupler and line of fixed pivots.
+
+    Margin: to II, II*, I.Gy, dead points.
+    """
     linkage, at = instant.linkage, instant.curvature
     z = linkage.points
     fixed, moving = z[:, 1, 0] - z[:, 0, 0], z[:, 1, 1] - z[:, 0, 1]
@@ -95,9 +106,11 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given.  The pair on the pole normal: two linkages, which guide it to order 3.  A circle, on
-    those of the cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5
-    (Roberts)."""
+    """Both fixed pivots given.
+
+    The pair on the pole normal: two linkages, which guide it to order 3.  A circle, on those of the
+    cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5 (Roberts).
+    """
     if posed.given != "fixed":
         return None
     (one, two), axis = posed.pivots.T, posed.axis

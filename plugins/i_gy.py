@@ -1,6 +1,7 @@
-"""Series I.Gy: one crank perpendicular to the line of the pole and the intersection of coupler and frame.
+"""Series I.Gy: one crank perpendicular to a line through the pole.
 
-One driving pair lies on the circles of the degenerate cubics, the other on the pole normal.
+It is the line of the pole and the intersection of coupler and frame.  One driving pair lies on the
+circles of the degenerate cubics, the other on the pole normal.
 """
 
 from collections.abc import Iterator
@@ -69,8 +70,11 @@ def opposite_circles_slider(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal with q4 = 4 kappa + 1 - q3; [2] on the circles in the direction
-    (V3 V4 sin(phi1), kappa kappa* cos(phi1)), V = q - kappa; both always real (from (24), (25))."""
+    """[4] on the pole normal and [2] on the circles.
+
+    q4 = 4 kappa + 1 - q3; [2] has the direction (V3 V4 sin(phi1), kappa kappa* cos(phi1)), V = q -
+    kappa.  Both are always real (from (24), (25)).
+    """
     kappa, q3 = p["kappa"], p["q3"]
     q4 = 4 * kappa + 1 - q3
     straight, slot, driving = (np.abs(q4 - at) < 1e-12 for at in (0.0, -1.0, q3))
@@ -84,8 +88,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the pole normal with the nearer crank (of the slider or slide, if there is one).
-    Margin: to II, II*, to I.yy and to dead points."""
+    """Residual: cosine of the angle of the pole normal with the nearer crank.
+
+    Instead of a crank, the slider or slide if there is one.  Margin: to II, II*, to I.yy and to
+    dead points.
+    """
     linkage, at = instant.linkage, instant.curvature
     off, _ = instant.along_axes
     kind = np.sort(linkage.dyads, axis=1)
@@ -99,7 +106,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given, and a circle: up to four linkages that guide the point to order 3."""
+    """Both fixed pivots and a circle given: up to four linkages.
+
+    They guide the point to order 3.
+    """
     if posed.given != "fixed" or posed.path != "circle":
         return None
     moving = []

@@ -1,7 +1,7 @@
-"""Series I.yy: dead points.  All pivots lie on the pole normal, where two smooth branches of the motion cross.
+"""Series I.yy: dead points.  All pivots lie on the pole normal.
 
-One linkage at a dead point gives two members, one per branch; each motion is symmetric about the
-line.
+Two smooth branches of the motion cross there.  One linkage at a dead point gives two members, one
+per branch; each motion is symmetric about the line.
 """
 
 from collections.abc import Iterator
@@ -42,12 +42,12 @@ def pivots(p: Parameters) -> Array:
 
 
 def slider(p: Parameters) -> Parameters:
-    """The second pair is a slider."""
+    """Make the second pair a slider."""
     return {"q4": np.zeros_like(p["q3"])}
 
 
 def slide(p: Parameters) -> Parameters:
-    """The second pair is a slide."""
+    """Make the second pair a slide."""
     return {"q4": np.full_like(p["q3"], -1.0)}
 
 
@@ -57,8 +57,10 @@ def both(_: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Pairs on the circles, symmetric about the normal, by eq. (32): cot^2(phi) = -V3 V4/(kappa kappa*), kappa =
-    (q3 + q4 - 1)/4; real iff that is positive."""
+    """Pairs on the circles, symmetric about the normal, by eq. (32).
+
+    cot^2(phi) = -V3 V4/(kappa kappa*), kappa = (q3 + q4 - 1)/4; real iff that is positive.
+    """
     q3, q4 = p["q3"], p["q4"]
     kappa = (q3 + q4 - 1) / 4
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -72,8 +74,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: how far the linkage is from a dead point.  Margin: to II.yy and II*.yy, whose linkages are dead points
-    too, so that there it is small, but not 0."""
+    """Residual: how far the linkage is from a dead point.
+
+    Margin: to II.yy and II*.yy.  Their linkages are dead points too, so that it is small there, but
+    not 0.
+    """
     linkage = instant.linkage
     lines = (linkage.dyads != RR).all(1) & (linkage.dyads[:, 0] == linkage.dyads[:, 1])
     branches = dead_points(linkage, beside=True)

@@ -97,7 +97,7 @@ II_OOO = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [
         II_OOO,
         II_OOO.inversion("II*.ooo", "inverse cyclic motion: Oldham coupling and isosceles inverted slider-crank"),

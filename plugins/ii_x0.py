@@ -1,5 +1,7 @@
-"""Series II.x0 and II*.x0: slider-crank with its coupler perpendicular to the guide (moving pivot of the crank at the
-pole), and its inversion."""
+"""Series II.x0 and II*.x0: slider-crank with its coupler perpendicular to the guide.
+
+The moving pivot of the crank is at the pole.  II*.x0 is the inversion.
+"""
 
 from collections.abc import Iterator
 
@@ -42,13 +44,15 @@ def pseudo_cuspidation(p: Parameters) -> Parameters:
 
 
 def coincident(p: Parameters) -> Parameters:
-    """The two guided pairs coincide: 4 cot(phi2) = r1."""
+    """Make the two guided pairs coincide: 4 cot(phi2) = r1."""
     return {"a1": 0.25 * np.tan(p["phi2"])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] and [4] on the pole normal by eq. (40), q^2 - q + cot(phi2)/r1 = 0, real iff 4 cot(phi2)/r1 <= 1; every point
-    of the inflection circle is an undulation."""
+    """[3] and [4] on the pole normal by eq. (40), q^2 - q + cot(phi2)/r1 = 0.
+
+    They are real iff 4 cot(phi2)/r1 <= 1.  Every point of the inflection circle is an undulation.
+    """
     c = p["a1"] / np.tan(p["phi2"])
     square = 0.25 - c
     square = np.where(np.abs(square) < 1e-14, 0.0, square)
@@ -63,7 +67,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the coupler with the slider's ray.  Margin: to II.ooo (long crank) and II.xy."""
+    """Residual: sine of the angle of the coupler with the slider's ray.
+
+    Margin: to II.ooo (long crank) and II.xy.
+    """
     linkage, slider = instant.linkage, instant.linkage.dyads == PR
     coupler = linkage.points[:, 1, 1] - linkage.points[:, 0, 1]
     allowed = (slider.sum(1) == 1) & (linkage.dyads == RR).any(1)
@@ -95,5 +102,5 @@ II_STAR_X0 = II_X0.inversion("II*.x0", "inverted slider-crank, its slide perpend
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [II_X0, II_STAR_X0]

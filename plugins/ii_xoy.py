@@ -1,5 +1,8 @@
-"""Series II.xoy and II*.xoy: in-line slider-crank at the end of its stroke (elliptic guide), and its inversion
-(conchoidal guide).  The motion is symmetric about the line of the pivots."""
+"""Series II.xoy and II*.xoy: in-line slider-crank at the end of its stroke.
+
+It is an elliptic guide, the inversion II*.xoy a conchoidal guide.  The motion is symmetric about
+the line of the pivots.
+"""
 
 from collections.abc import Iterator
 
@@ -47,8 +50,10 @@ def double_cuspidation(_: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal by (33), q3 + q4 = 1, of order 5 by symmetry; every point of the inflection circle is an
-    undulation."""
+    """[4] on the pole normal by (33), q3 + q4 = 1; of order 5 by symmetry.
+
+    Every point of the inflection circle is an undulation.
+    """
     q3 = p["q3"]
     q4 = 1 - q3
     slot = np.abs(q4 + 1) < 1e-12
@@ -64,9 +69,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: distance of the pivots from the slider's line; with a slide also the cosine of its line with that line.
-    Margin: to II.ooo (fixed pivot at the inflection pole's distance) and to coincidence with the
-    pole."""
+    """Residual: distance of the pivots from the slider's line.
+
+    With a slide also the cosine of its line with that line.  Margin: to II.ooo (fixed pivot at the
+    inflection pole's distance) and to coincidence with the pole.
+    """
     linkage = instant.linkage
     z, ray, kind, finite = linkage.points, linkage.rays, linkage.dyads, linkage.finite
     swap = (kind[:, 1] == PR)[:, None]
@@ -105,5 +112,5 @@ II_STAR_XOY = II_XOY.inversion("II*.xoy", "slide through the pole (conchoidal gu
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [II_XOY, II_STAR_XOY]

@@ -1,4 +1,4 @@
-"""Series II.xy and II*.xy: one crank in line with the coupler, the other perpendicular to it (Evans).
+"""Series II.xy and II*.xy (Evans): one crank in line with the coupler, the other normal to it.
 
 Crank 1 has its moving pivot at the pole, pair 3 stands on the pole normal.  Every point of the
 inflection circle is an undulation; one, [2], is a pseudo-undulation.
@@ -62,7 +62,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the cranks, and distance of moving pivot 1 from the line of pair 3."""
+    """Residual: cosine of the angle of the cranks.
+
+    Also the distance of moving pivot 1 from the line of pair 3.
+    """
     linkage = instant.linkage
     z, ray, kind = linkage.points, linkage.rays, linkage.dyads
     cosine = np.abs((ray[:, 0].conj() * ray[:, 1]).real)
@@ -82,7 +85,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given, and a line: up to four linkages that have its point for an undulation."""
+    """Both fixed pivots and a line given: up to four linkages.
+
+    Its point is an undulation of theirs.
+    """
     if posed.given != "fixed" or posed.path != "line":
         return None
     a, b = (posed.pivots - posed.point[:, None]).T
@@ -116,5 +122,5 @@ II_STAR_XY = II_XY.inversion("II*.xy", "one crank along the frame, one perpendic
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [II_XY, II_STAR_XY]

@@ -42,8 +42,10 @@ def pseudo_cuspidation(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal by (33), q3 + q4 = 1; [1] on the pole tangent by (43), 1/r1 = q3 q4 tan(phi2): the point
-    at the pole runs out and back on one circle (five positions, no order of contact at the cusp).
+    """[4] on the pole normal by (33), q3 + q4 = 1; [1] on the pole tangent by (43).
+
+    1/r1 = q3 q4 tan(phi2): the point at the pole runs out and back on one circle (five positions,
+    no order of contact at the cusp).
     """
     q3 = p["q3"]
     q4 = 1 - q3
@@ -57,8 +59,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the pole normal with the crank (or slide).  Margin: to II.ooo, II.xoy and dead
-    points."""
+    """Residual: cosine of the angle of the pole normal with the crank (or slide).
+
+    Margin: to II.ooo, II.xoy and dead points.
+    """
     linkage, at = instant.linkage, instant.curvature
     slider = linkage.dyads == PR
     other = (linkage.dyads == RR) | (linkage.dyads == RP)
@@ -93,5 +97,5 @@ II_STAR_Y0 = II_Y0.inversion("II*.y0", "slide, and a crank or slider on the pole
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [II_Y0, II_STAR_Y0]

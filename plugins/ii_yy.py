@@ -1,5 +1,7 @@
-"""Series II.yy and II*.yy: dead points of mode II, 1/r3 + 1/r4 = 1/rho0; every point of the inflection circle is an
-undulation."""
+"""Series II.yy and II*.yy: dead points of mode II, 1/r3 + 1/r4 = 1/rho0.
+
+Every point of the inflection circle is an undulation.
+"""
 
 from collections.abc import Iterator
 
@@ -35,13 +37,15 @@ def pivots(p: Parameters) -> Array:
 
 
 def slide(_: Parameters) -> Parameters:
-    """A crank and a slide: nothing is free."""
+    """Return a crank and a slide: nothing is free."""
     return {"q3": np.array([2.0])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[1] = [2], doubly at the pole, whose path is a hypercusp along the normal; undulations all over the inflection
-    circle; cuspidation at the return pole."""
+    """[1] = [2], doubly at the pole, whose path is a hypercusp along the normal.
+
+    Undulations all over the inflection circle; cuspidation at the return pole.
+    """
     q3 = p["q3"]
     yield Guided("[1]", tangent_pair(0 * q3), 4)
     for degrees in RAYS:
@@ -54,8 +58,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: |kappa| rho0 at the nearer of the two poles of the dead point, or how far from that the linkage is.
-    Margin: to II.ooo, q3 = 1, which alone has sliders."""
+    """Residual: |kappa| rho0 at the nearer of the two poles of the dead point.
+
+    Or, if larger, how far the linkage is from a dead point.  Margin: to II.ooo, q3 = 1, which alone
+    has sliders.
+    """
     dyads = instant.linkage.dyads
     of_family = (dyads == RR).any(1) & (dyads != PR).all(1)
     branches = dead_points(instant.linkage, beside=True)
@@ -82,5 +89,5 @@ II_STAR_YY = II_YY.inversion("II*.yy", "dead points with all points of the retur
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [II_YY, II_STAR_YY]

@@ -1,10 +1,10 @@
-"""Series III.KK and III*.KK: the circle through the pole and both fixed (moving) pivots touches the pole normal.
+"""Series III.KK and III*.KK: a circle through the pole touches the pole normal.
 
-kappa = 0 (kappa* = 0 in III*): the centring-point curve is a circle K, r = S cos(phi), and the pole
-tangent.  Three principal pairs [2], [3], [4] have their centres on K, [1] lies on the pole tangent:
-its path has a cusp, whose branches run out and back on one arc.  In III* a point of the pole
-tangent is guided about the pole, and K* carries the points, among them an undulation point where it
-meets the inflection circle.
+It goes through both fixed (moving) pivots.  kappa = 0 (kappa* = 0 in III*): the centring-point
+curve is this circle K, r = S cos(phi), and the pole tangent.  Three principal pairs [2], [3], [4]
+have their centres on K, [1] lies on the pole tangent: its path has a cusp, whose branches run out
+and back on one arc.  In III* a point of the pole tangent is guided about the pole, and K* carries
+the points, among them an undulation point where it meets the inflection circle.
 """
 
 from collections.abc import Iterator
@@ -51,7 +51,7 @@ def pivots(p: Parameters) -> Array:
 
 
 def with_slide(p: Parameters) -> Array:
-    """The slide through the point where K meets the return circle, and a crank."""
+    """Return the slide through the point where K meets the return circle, and a crank."""
     crank = tangent_circle_pair(1 / np.tan(p["psi"]), np.tan(p["phi4"]))
     return linkage_of(slide_pair(np.cos(p["phi2"]), np.sin(p["phi2"])), crank)
 
@@ -72,7 +72,10 @@ def double_cuspidation(p: Parameters) -> Parameters:
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """The centre of [1] is that of K, r1 = S/2: phi2 + phi3 + phi4 = 0 and S = t2 t3 t4 (not in Allievi)."""
+    """Solve for a pair [1] of order 5 (not in Allievi): its centre is that of K.
+
+    r1 = S/2, phi2 + phi3 + phi4 = 0 and S = t2 t3 t4.
+    """
     return {"psi": np.arctan(-np.tan(p["phi2"]) * np.tan(p["phi4"]) * np.tan(p["phi2"] + p["phi4"]))}
 
 
@@ -82,9 +85,9 @@ def fifth_order_slide(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] by t2 + t3 + t4 = S (45), [1] by S/r1 = 1 + t2 t3 t4/S (46), of order 5 iff r1 = S/2.
+    """[3] by eq. (45), [1] by eq. (46), and the cuspidation.
 
-    The cuspidation.
+    t2 + t3 + t4 = S; S/r1 = 1 + t2 t3 t4/S.  [1] is of order 5 iff r1 = S/2.
     """
     s, t2, t4 = 1 / np.tan(p["psi"]), np.tan(p["phi2"]), np.tan(p["phi4"])
     t3 = 1 / s - t2 - t4
@@ -100,7 +103,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: rho0/|R|.  Margin: to II (rho0/|S|), III.Kx (a pair on the pole tangent), dead points."""
+    """Residual: rho0/|R|.  Margin: to II (rho0/|S|), III.Kx, dead points.
+
+    III.Kx has a pair on the pole tangent.
+    """
     linkage, at = instant.linkage, instant.curvature
     inside = (linkage.dyads != PR).all(1) & (linkage.dyads == RR).any(1) & np.isfinite(at.rho0)
     with np.errstate(invalid="ignore"):
@@ -143,5 +149,5 @@ III_STAR_KK = III_KK.inversion("III*.KK", "moving pivots and pole on a circle th
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [III_KK, III_STAR_KK]

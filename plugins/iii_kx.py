@@ -1,8 +1,8 @@
-"""Series III.Kx and III*.Kx: the coupler (the frame) in line with one crank: every linkage at a limit of crank 1.
+"""Series III.Kx and III*.Kx: the coupler (the frame) in line with one crank.
 
-kappa = 0 (kappa* = 0 in III*), as in III.KK, with pair 1 on the pole tangent, its moving (fixed)
-pivot at the pole, and pair 3 on the circle K.  The other two principal pairs, [2] and [4], are on
-K.
+Every linkage is so at a limit of crank 1.  kappa = 0 (kappa* = 0 in III*), as in III.KK, with pair
+1 on the pole tangent, its moving (fixed) pivot at the pole, and pair 3 on the circle K.  The other
+two principal pairs, [2] and [4], are on K.
 """
 
 from collections.abc import Iterator
@@ -103,9 +103,9 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2], [4] by t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0 (48), of order 5 iff r1 = S/2.
+    """[2], [4] by eq. (48), and the cuspidation at t = -S.
 
-    The cuspidation at t = -S.
+    t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0.  Of order 5 iff r1 = S/2.
     """
     big, t3 = np.tan(p["psi"]), np.tan(p["phi3"])
     order = np.where(alike(p["a1"] * big, 2.0), 5, 4)
@@ -118,7 +118,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: distance of moving pivot 1 from the pole.  Margin: to II (rho0/|S|) and dead points."""
+    """Residual: distance of moving pivot 1 from the pole.
+
+    Margin: to II (rho0/|S|) and dead points.
+    """
     linkage, at = instant.linkage, instant.curvature
     pole = at.pole[:, 0] + 1j * at.pole[:, 1]
     allowed = (linkage.dyads != RP) & (linkage.dyads[:, ::-1] != PR) & np.isfinite(at.rho0)[:, None]
@@ -128,7 +131,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given, and a circle or slot: up to four linkages that guide it to order 3."""
+    """Both fixed pivots and a circle or slot given: up to four linkages.
+
+    They guide it to order 3.
+    """
     if posed.given != "fixed" or posed.path == "line":
         return None
     moving = []
@@ -166,5 +172,5 @@ III_STAR_KX = III_KX.inversion("III*.Kx", "frame in line with a crank")
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [III_KX, III_STAR_KX]

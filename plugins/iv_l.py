@@ -1,7 +1,8 @@
-"""Series IV.l and IV*.l: parallel cranks perpendicular to the line of fixed pivots (IV) or to the coupler (IV*, Watt).
+"""Series IV.l and IV*.l (Watt): parallel cranks perpendicular to a line of pivots.
 
-The pole is at infinity.  Axes: x along the cranks, y across, unit of length y1.  The centring-point
-curve of IV is the pair of axes, the circling-point curve a hyperbola.
+It is the line of fixed pivots (IV) or the coupler (IV*).  The pole is at infinity.  Axes: x along
+the cranks, y across, unit of length y1.  The centring-point curve of IV is the pair of axes, the
+circling-point curve a hyperbola.
 """
 
 from collections.abc import Iterator
@@ -59,8 +60,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the cranks and their cosines with the line of fixed pivots.  Margin: to a
-    parallelogram, which translates."""
+    """Residual: sine of the angle of the cranks.
+
+    Also their cosines with the line of fixed pivots.  Margin: to a parallelogram, which translates.
+    """
     linkage = instant.linkage
     z, ray = linkage.points, linkage.rays
     base = z[:, 1, 0] - z[:, 0, 0]
@@ -72,9 +75,11 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both moving pivots given, and a slot: the linkage whose cuspidation it is.  Both fixed pivots given, and a
-    circle whose centre is on one line with them, across its axis: the linkage that guides the point
-    to order 4."""
+    """Both moving pivots and a slot given: the linkage whose cuspidation it is.
+
+    Both fixed pivots given, and a circle whose centre is on one line with them, across its axis:
+    the linkage that guides the point to order 4.
+    """
     if posed.given == "moving" and posed.path == "slot":
         x, y = _plan(posed)
         foot = (x[0] * y[0] - x[1] * y[1]) / (y[0] - y[1])
@@ -115,5 +120,5 @@ IV_STAR_L = IV_L.inversion("IV*.l", "parallel cranks perpendicular to the couple
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [IV_L, IV_STAR_L]

@@ -1,9 +1,9 @@
-"""Series IV.x and IV*.x: a crank perpendicular to the line of the slide (IV) or of the slider (IV*).
+"""Series IV.x and IV*.x: a crank perpendicular to the line of a slide or slider.
 
-The pole is at infinity.  Axes: x along the crank, y across, unit of length y3, the height of the
-crank.  Pair [4] is the slide with its fixed point (x4, 0).  Every line x = const of the moving
-plane is a slot of order 3 through its point of the x axis; in IV* every point of the x axis is an
-undulation, concave towards the slider.
+A slide in IV, a slider in IV*.  The pole is at infinity.  Axes: x along the crank, y across, unit
+of length y3, the height of the crank.  Pair [4] is the slide with its fixed point (x4, 0).  Every
+line x = const of the moving plane is a slot of order 3 through its point of the x axis; in IV*
+every point of the x axis is an undulation, concave towards the slider.
 """
 
 from collections.abc import Iterator
@@ -40,7 +40,7 @@ def slot(x: Array) -> Array:
 
 
 def pivots(p: Parameters) -> Array:
-    """The crank at the height 1, the slide at the height 0."""
+    """Return the crank at the height 1, the slide at the height 0."""
     return linkage_of(parallel_pair(1 + 0 * p["k"], 0 * p["k"], p["k"]), slot(p["x4"]))
 
 
@@ -50,9 +50,9 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[1], [2] by y^2 + y3 y + x3* x4 = 0, real iff y3^2 >= 4 x3* x4.
+    """[1], [2] at the roots y, and the slot of order 3 through the origin.
 
-    The slot of order 3 through the origin.
+    y^2 + y3 y + x3* x4 = 0; the roots are real iff y3^2 >= 4 x3* x4.
     """
     k, zero = p["k"], 0 * p["k"]
     y1, y2 = roots(zero - 1, -k * p["x4"])
@@ -63,7 +63,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle between crank and normal of the slide.  Margin: height of the crank (dead points)."""
+    """Residual: sine of the angle between crank and normal of the slide.
+
+    Margin: height of the crank (dead points).
+    """
     linkage = instant.linkage
     z, ray, kind = linkage.points, linkage.rays, linkage.dyads
     height = np.abs(((z[:, 0, 0] - z[:, 1, 0]) * np.where(kind == RR, ray.conj(), 0).sum(1)).imag) / linkage.size
@@ -88,5 +91,5 @@ IV_STAR_X = IV_X.inversion("IV*.x", "crank perpendicular to the line of the slid
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The series and its inversion."""
+    """Return the series and its inversion."""
     return [IV_X, IV_STAR_X]

@@ -50,7 +50,10 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3], [4] by y1 + y2 + y3 + y4 = 0 (58) and y1 y2 y3 y4 = k k* (59), of order 5 iff k* = -k."""
+    """[3], [4] by eqs. (58) and (59).
+
+    y1 + y2 + y3 + y4 = 0 and y1 y2 y3 y4 = k k*.  Of order 5 iff k* = -k.
+    """
     k, star, y2 = p["k"], p["k_star"], p["y2"]
     order = np.where(alike(star / k, -1.0), 5, 4)
     y3, y4 = roots(-(1 + y2), k * star / y2)
@@ -60,7 +63,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the cranks.  Margin: |k/k0| (IV), |k*/k0| (IV*), parallelogram; NaN elsewhere."""
+    """Residual: sine of the angle of the cranks.  NaN for other linkages.
+
+    Margin: |k/k0| (IV), |k*/k0| (IV*), parallelogram.
+    """
     linkage, at = instant.linkage, instant.curvature
     lengths = ((linkage.points[..., 1] - linkage.points[..., 0]) * linkage.rays[:, :1].conj()).real
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -70,7 +76,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given, and a circle: the linkage with parallel cranks that guides the point to order 3."""
+    """Both fixed pivots and a circle given: the linkage with parallel cranks.
+
+    It guides the point to order 3.
+    """
     if posed.given != "fixed" or posed.path != "circle":
         return None
     local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T

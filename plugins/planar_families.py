@@ -1,4 +1,4 @@
-"""The six families of planar linkages with two guiding dyads (Allievi 1895, Introduction and sec. 3)."""
+"""The six families of linkages with two guiding dyads (Allievi 1895, Introduction, sec. 3)."""
 
 from collections.abc import Iterator
 

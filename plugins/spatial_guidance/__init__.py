@@ -1,7 +1,7 @@
-"""A rigid body guided in space by points on surfaces and curves, as a collection (Mangeron, Oğuztöreli, Plitea 1970).
+"""Bodies guided in space by points on surfaces and curves, as a collection.
 
-Guides and kinematics are those of `catalogue.spatial`; ``collection.definition.COLLECTION`` states
-what is drawn, measured, classified and plotted, and is imported when it is asked for.
+Mangeron, Oğuztöreli, Plitea 1970.  Guides and kinematics are those of `catalogue.spatial`;
+``collection.definition.COLLECTION``, imported on demand, draws, measures, classifies and plots.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""Where a mechanism belongs, and which of the well-known mechanisms it is.
+"""Class and special cases of a spatial guidance mechanism.
 
-``planar``: three points of the body that are not on a line stay in planes normal to one direction
-(on circles about it, on lines and planes across it), so that the body moves in parallel to them.
-``spherical``: three such points keep their distance from one point, which may be one of the body
-that is on three surfaces.
+``planar``: three points of the body, not on one line, stay in planes normal to one direction (on
+circles about it, on lines and planes across it), so that the body moves parallel to them.
+``spherical``: three such points keep their distance from a fixed point, which may be a point of the
+body on three surfaces.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ SPECIAL: dict[str, tuple[str, ...]] = {
 
 
 def classify(parameters: Mapping[str, Any]) -> Tags:
-    """Return family (class), series (degeneration), configuration (guides in order) and well-known cases."""
+    """Classify a mechanism: class, degeneration series, guides in order, well-known cases."""
     m = strokes([parameters]).mechanisms
     kinds = [g.kinds[0].name.partition(":")[0] for g in m.guides]
     names = []

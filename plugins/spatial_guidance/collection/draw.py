@@ -1,10 +1,10 @@
-"""Random mechanisms, assembled as they are made, and what their bodies guide.
+"""Draw random mechanisms, assembled by construction, and find what their bodies guide.
 
 The body and its pose come first; each guide is then laid through its point.  Half of the mechanisms
-have guides of well known kinds, the others any; in some, points of the body coincide, so that the
+have guides of well-known kinds, the others any.  In some, points of the body coincide, so that the
 smaller series are drawn as degenerations of the larger ones.  The first driver is an angle; two and
-three drivers go along a straight path, in a ratio drawn at random, so that every specimen has one
-degree of freedom left.
+three drivers go along a straight path, in a random ratio, so that every specimen has one degree of
+freedom left.
 """
 
 from __future__ import annotations
@@ -63,7 +63,10 @@ TRIVIAL = 1e-6
 
 
 def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
-    """Return what the bodies of `count` random mechanisms of a class guide: lines and circles, three windows each."""
+    """Find the lines and circles guided by `count` random mechanisms of a class.
+
+    Up to three windows of the motion give a specimen each.
+    """
     m, at, flat = mechanisms(family, rng, count)
     ratio = np.concatenate([np.ones((count, 1)), rng.uniform(-1, 1, (count, m.freedom - 1))], axis=1)
     q = np.stack([at[:, i, "uw".index(k)] for i, k in m.drivers], axis=1)
@@ -114,7 +117,10 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
 
 
 def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
-    """Return specimens of those strokes that guide well enough, laid from (0, 0, 0) to (1, 0, 0)."""
+    """Make specimens of the strokes that guide well enough.
+
+    They run from (0, 0, 0) to (1, 0, 0).
+    """
     fit = fitted(motion, kind)
     values = numbers(given, motion, fit)
     relative = (fit.deviation + motion.missed) / fit.stroke
@@ -134,7 +140,10 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
 
 
 def led(m: Mechanisms, kind: str) -> Array:
-    """Return the points of the bodies that guides may lead exactly along such a curve, (n, p, 3); NaN for the rest."""
+    """Return the points of the bodies that guides may lead exactly along such a curve.
+
+    Shape (n, p, 3); NaN for the other points.
+    """
     out = np.full(m.body.shape, np.nan)
     for i, guides in enumerate(m.guides):
         for k, where, _ in guides.each():
@@ -147,7 +156,14 @@ def led(m: Mechanisms, kind: str) -> Array:
 
 
 def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanisms, Array, Array]:
-    """Return n random mechanisms of a class, their coordinates (n, p, 2), and which move in parallel to z = 0 (n,)."""
+    """Draw n random mechanisms of a class.
+
+    Returns
+    -------
+    Mechanisms, ndarray, ndarray
+        Mechanisms, coordinates of their points (n, p, 2), and a mask (n,) of those that move
+        parallel to z = 0.
+    """
     shape, freedom = CLASSES[family]
     body = rng.uniform(-1, 1, (n, len(shape), 3))
     patterns = list(COINCIDENCES[family].values())
@@ -175,7 +191,10 @@ def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanism
 
 
 def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> tuple[Guides, Array]:
-    """Return guides of these kinds through points x (n, 3), and the coordinates (n, 2) of the points."""
+    """Lay guides of given kinds through points x (n, 3).
+
+    Returns the guides and the coordinates (n, 2) of the points on them.
+    """
     n = len(kinds)
     p = np.exp(rng.uniform(np.log(0.3), np.log(2.0), (n, 2)))
     p[kinds == "cone", 0] = rng.uniform(0.3, 1.2, n)[kinds == "cone"]
@@ -191,7 +210,10 @@ def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> t
 
 
 def _about(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
-    """Return the guides, those of `where` such that the points x keep their distance from a point; `at` is changed."""
+    """Change guides of the mask `where`: points x keep their distance from a point.
+
+    `at` is changed in place.
+    """
     shape, origin, turn = made.parameters.copy(), made.origin.copy(), made.quaternion.copy()
     axis = unit(rng.normal(size=x.shape))
     for kind, index, _ in made.each():

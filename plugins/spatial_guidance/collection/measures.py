@@ -1,8 +1,8 @@
-"""What a guided body does over the stroke of one of its points, measured on its finite motion.
+"""Measures of a guided body over the stroke of a point, on its finite motion.
 
-The motion is followed from node to node at Chebyshev points of the drivers' path; what lies between
-the nodes comes from the interpolating polynomial at `FINE` points, so that the largest distance is
-read to about 1e-3 of itself.
+The motion is followed at Chebyshev points of the drivers' path.  Between these nodes the
+interpolating polynomial is evaluated at four times as many points, which gives the largest distance
+to about 1e-3 of itself.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Motion:
 
 
 def run(given: Strokes) -> Motion:
-    """Follow the strokes from end to end, in diameters of the body: so nothing depends on the unit."""
+    """Follow the strokes from end to end, in diameters of the body."""
     n, at, size = len(given), grid(NODES), given.mechanisms.diameter
     given = given.moved(1 / size, np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)))
     share = 0.5 * (1 + at.nodes)[:, None]
@@ -87,7 +87,7 @@ def run(given: Strokes) -> Motion:
 
 
 def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
-    """Return the best lines or circles; a line's second axis points away from the middle of the body."""
+    """Fit the best lines or circles; the second axis points away from the middle of the body."""
     if kind == "circle":
         return circle(motion.path, radius)
     middle = motion.points[:, motion.points.shape[1] // 2].mean(1)
@@ -125,7 +125,10 @@ def _diameter(cloud: Array) -> float:
 
 
 def _speeds(path: Array, fit: Fit) -> Array:
-    """Return speeds along the line or circle at the fine points (n, f), for drivers that run steadily; of any unit."""
+    """Compute speeds along the nominal at the fine points (n, f), at a steady drive.
+
+    The unit is arbitrary.
+    """
     time = -np.cos(np.linspace(0, np.pi, path.shape[1]))
     velocity = np.gradient(path, time, axis=1, edge_order=2)
     along, side, third = (fit.axes[:, i, None] for i in range(3))
@@ -138,7 +141,7 @@ def _speeds(path: Array, fit: Fit) -> Array:
 
 
 def measure(parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
-    """Place each mechanism along the path that is asked for and measure what it does there."""
+    """Place each mechanism along the requested path and measure it there."""
     out: list[Measured | None] = [None] * len(parameters)
     for index in alike(parameters):
         given = strokes([parameters[j] for j in index])

@@ -1,15 +1,14 @@
-"""The line and the circle in space that a path is nearest to, the largest distance being least.
+"""Minimum zones in space: the line or circle with the least maximum distance from a path.
 
-The deviation from a line is the radius of the narrowest round cylinder that holds the path, from a
-circle that of the narrowest torus about it: the largest distance of a point of the path from the
-line or the circle.
+The deviation from a line is the radius of the narrowest round cylinder that contains the path, from
+a circle that of the narrowest torus about it.
 
 In the frame of a line or circle nearby a distance is, to first order, the modulus of two
 components, each less a combination of known functions: 1 and the abscissa for both components of
 the distance from a line; 1, cos and sin of the angle about the axis for the radial and the axial
-component of that from a circle.  The best combinations of both are found together by Lawson's
-iteration (weights grow with the distance), then the frame is renewed.  The weighted mean square is
-never above the least maximum (duality), so that how good the found one is, is known.
+component of that from a circle.  Lawson's iteration (weights grow with the distance) finds the best
+combinations of both together; then the frame is renewed.  The weighted mean square never exceeds
+the least maximum (duality) and bounds the error of the result.
 """
 
 from __future__ import annotations
@@ -61,7 +60,10 @@ class Fit:
 
 
 def line(x: Array, side: Array | None = None) -> Fit:
-    """Return the narrowest cylinders about the paths x (n, k, 3); `side` (n, 3) says where the second axis points."""
+    """Find the narrowest cylinders about paths x (n, k, 3).
+
+    `side` (n, 3) directs the second axis.
+    """
     origin, along = x.mean(1), unit(x[:, -1] - x[:, 0])
     for last in [False] * (LINE - 1) + [True]:
         axes = frame(along, across(along) if side is None else side - origin)
@@ -80,9 +82,9 @@ def line(x: Array, side: Array | None = None) -> Fit:
 
 
 def circle(x: Array, radius: Array | None = None) -> Fit:
-    """Return the narrowest tori about the paths x (n, k, 3), of given radii (n,) if there are any.
+    """Find the narrowest tori about paths x (n, k, 3), of given radii (n,) if any.
 
-    NaN where the ends and the middle of a path are on a line.
+    NaN where ends and middle of a path are on a line.
     """
     first, middle, last = x[:, 0], x[:, x.shape[1] // 2], x[:, -1]
     with np.errstate(all="ignore"):
@@ -119,10 +121,19 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
 
 
 def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
-    """Return coefficients (n, 2, m) by which combinations of a basis (n, 2, m, k) come nearest to values (n, 2, k).
+    """Find the best approximations of values by a basis: least largest modulus of two errors.
 
-    The largest modulus over k of the two errors becomes least, to a part `tight`; also a lower
-    bound of it, shape (n,).
+    Parameters
+    ----------
+    values : ndarray, shape (n, 2, k)
+    basis : ndarray, shape (n, 2, m, k)
+    tight : float
+        Relative gap between modulus and lower bound at which the iteration stops.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, m), ndarray, shape (n,)
+        Coefficients, and a lower bound of the least largest modulus.
     """
     n, _, k = values.shape
     weight, best = np.full((n, k), 1 / k), np.full(n, np.inf)
@@ -150,7 +161,7 @@ def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
 
 
 def through(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """Return centre (..., 3), axis (..., 3) and radius (...) of the circles through three points (..., 3)."""
+    """Compute centre (..., 3), axis (..., 3) and radius (...) of circles through three points."""
     p, q = a - b, c - b
     normal = np.cross(p, q)
     square = (normal**2).sum(-1, keepdims=True)
@@ -175,7 +186,11 @@ def frame(along: Array, side: Array) -> Array:
 
 
 def _about(x: Array, centre: Array, normal: Array, middle: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return distance from the axis, height, cosine and sine of the angle from the middle, and the axes (n, 2, 3)."""
+    """Compute cylindrical coordinates of paths about an axis.
+
+    Returns the distance from the axis, height, cosine and sine of the angle from the middle, and
+    the axes (n, 2, 3).
+    """
     out = middle - centre
     e = unit(out - (out * normal).sum(1, keepdims=True) * normal)
     f = np.cross(normal, e)

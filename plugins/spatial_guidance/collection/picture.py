@@ -1,4 +1,8 @@
-"""A guided body in space: guides translucent, the body in mid-stroke with ghosts at the ends, the path of its point."""
+"""Draw a guided body in space.
+
+Guides are translucent; the body is drawn in mid-stroke, as ghosts at the ends, with the path of its
+point.
+"""
 
 from __future__ import annotations
 
@@ -159,7 +163,7 @@ def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
 
 
 def _nominal(ax: Any, fit: Fit, path: Array) -> None:
-    """Draw the line or the circle that the deviation of a path (f, 3) is measured from, somewhat beyond its ends."""
+    """Draw the nominal line or circle of a path (f, 3), somewhat beyond its ends."""
     share = np.linspace(-LONGER, 1 + LONGER, 80)[:, None]
     if np.isfinite(fit.radius[0]):
         centre, normal, radius = fit.centre[0], fit.normal[0], fit.radius[0]

@@ -48,7 +48,10 @@ class Strokes:
         return Strokes(self.mechanisms[index], self.path[index], self.start[index], self.point[index])
 
     def moved(self, scale: Array, axes: Array, origin: Array) -> Strokes:
-        """Return them in a frame with rows `axes` (n, 3, 3) about `origin` (n, 3), lengths times `scale` (n,)."""
+        """Return the strokes in frames with rows `axes` (n, 3, 3) about `origin` (n, 3).
+
+        Lengths are multiplied by `scale` (n,).
+        """
         m, unit = self.mechanisms, 1 / scale
         path, start, guides = self.path.copy(), self.start.copy(), []
         for i, g in enumerate(m.guides):

@@ -1,9 +1,9 @@
-"""A specimen moved until its point is led better: Levenberg's and Marquardt's method on its finite motion.
+"""Refine specimens by the Levenberg-Marquardt method on their finite motion.
 
-Points of the body move with the guides on which they are, so that the mechanism stays assembled and
-points that coincide stay together; besides the guided point and the end of the first driver's way.
-A step counts only if the mechanism stays what it is called, nearly as small, and its drive nearly
-as long.
+Points of the body move together with their guides, so that the mechanism stays assembled and
+coincident points stay together.  The guided point and the end of the first driver's range move too.
+A step is accepted only if the mechanism keeps its classification, and nearly its size and the range
+of its drive.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ EXACT = 1e-9
 
 
 def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Parameters]:
-    """Return mechanisms near those given that keep closer to what is asked for; the same where there is none."""
+    """Reduce the deviation of mechanisms from the request; unchanged where that fails."""
     out = list(parameters)
     for index in alike(parameters):
         for i, p in zip(index, _refined([parameters[i] for i in index], request), strict=True):
@@ -67,7 +67,7 @@ def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
 
 
 def _keeps(m: Measured, first: Measured) -> bool:
-    """Return whether a mechanism is nearly as small as the first, as well conditioned, and its drive as long."""
+    """Tell whether a mechanism nearly keeps size, conditioning and range of its drive."""
     if m.reason:
         return False
     now, then = m.metrics, first.metrics
@@ -85,7 +85,10 @@ def _same(one: Any, other: Any) -> bool:
 def _tried(
     given: list[tuple[Parameters, Array, float]], request: PathRequest
 ) -> list[list[tuple[Measured, Parameters]]]:
-    """Return mechanisms that steps of each damping lead to, measured, of each that is given with its turn and size."""
+    """Measure the mechanisms to which steps of each damping lead.
+
+    `given` are mechanisms, each with its turn and size; the result has a list of pairs for each.
+    """
     varied, counts = [], []
     for p, turn, size in given:
         count = 3 * len(_groups(p)) + 4
@@ -103,7 +106,7 @@ def _tried(
 
 
 def _steps(motion: Motion, request: PathRequest) -> list[Array]:
-    """Return the step of each damping, from the motion of a mechanism and of those displaced by each variable."""
+    """Compute the step of each damping from differences of the motion by each variable."""
     chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
     off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))
     u, s, v = np.linalg.svd(((off[1:] - off[0]) / STEP).T, full_matrices=False)
@@ -111,7 +114,7 @@ def _steps(motion: Motion, request: PathRequest) -> list[Array]:
 
 
 def _off(path: Array, fit: Fit) -> Array:
-    """Return how far paths are from their lines or circles, in strokes, shape (n, 2 f)."""
+    """Compute the distances of paths from their lines or circles, shape (n, 2 f) [strokes]."""
     local = (path - fit.start[:, None]) @ np.swapaxes(fit.axes, 1, 2)
     side = local[..., 1]
     if np.isfinite(fit.radius).all():
@@ -121,7 +124,7 @@ def _off(path: Array, fit: Fit) -> Array:
 
 
 def _groups(p: Parameters) -> list[list[int]]:
-    """Return points of the body that are one, together."""
+    """Group the points of the body that coincide."""
     found: dict[tuple[float, ...], list[int]] = {}
     for i, point in enumerate(p["body"]):
         found.setdefault(tuple(point), []).append(i)
@@ -129,7 +132,7 @@ def _groups(p: Parameters) -> list[list[int]]:
 
 
 def _moved(p: Parameters, v: Array, turn: Array, size: float) -> Parameters:
-    """Return a mechanism with its points, their guides, the guided point and the end of its drive displaced."""
+    """Displace points with their guides, the guided point and the end of the drive."""
     groups = _groups(p)
     body, guides = np.array(p["body"]), [dict(g) for g in p["guides"]]
     for points, d in zip(groups, size * v[:-4].reshape(-1, 3), strict=True):

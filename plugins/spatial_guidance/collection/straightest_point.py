@@ -1,7 +1,7 @@
-"""The point of a moving body that runs straightest, or most nearly on a circle, and over which part of the motion.
+"""Find the point of a moving body with the straightest, or most circular, path.
 
-A point's path is an affine function of the poses: all points of a grid in the body are tried over
-all windows of the motion at once, the best of each length of window is moved by a compass search.
+A point's path is an affine function of the poses.  All points of a grid in the body are tried over
+all windows of the motion at once; a compass search moves the best of each length of window.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ Gap = Callable[[Array], Array]
 
 
 def line_gap(x: Array) -> Array:
-    """Return the distance of paths x (..., k, 3) from a line nearby, over the stroke; infinite if they turn back."""
+    """Compute the distance of paths x (..., k, 3) from a line nearby [strokes].
+
+    Infinite where a path turns back.
+    """
     with np.errstate(all="ignore"):
         chord = x[..., -1, :] - x[..., 0, :]
         stroke = np.sqrt((chord**2).sum(-1))
@@ -47,7 +50,10 @@ def line_gap(x: Array) -> Array:
 
 
 def circle_gap(x: Array) -> Array:
-    """Return the distance of paths x (..., k, 3) from the circle through ends and middle, over the stroke."""
+    """Compute the distance of paths x (..., k, 3) from a circle nearby [strokes].
+
+    It is the circle through ends and middle; infinite where a path turns back.
+    """
     with np.errstate(all="ignore"):
         chord = x[..., -1, :] - x[..., 0, :]
         stroke = np.sqrt((chord**2).sum(-1))
@@ -67,7 +73,7 @@ GAPS: dict[str, Gap] = {"line": line_gap, "circle": circle_gap}
 def best(
     rotation: Array, translation: Array, kind: str, centre: Array, size: Array, barred: Array, flat: Array
 ) -> list[tuple[Array, Array, Array]]:
-    """Return for each length of window the best point (n, 3), the first node of its window (n,) and its gap (n,).
+    """Find the best point and window for each length of window.
 
     Parameters
     ----------
@@ -80,8 +86,13 @@ def best(
     barred : ndarray, shape (n, p, 3)
         Points of the body that guides lead exactly; NaN for none.
     flat : ndarray, shape (n,)
-        Where the body moves in parallel to the plane z = 0: barred are then all points above and
-        below.
+        Where the body moves parallel to the plane z = 0: there all points above and below are
+        barred too.
+
+    Returns
+    -------
+    list of tuple of ndarray
+        Point (n, 3), first node of its window (n,) and gap (n,) [strokes].
     """
     gap = GAPS[kind]
     ticks = np.linspace(-REACH / 2, REACH / 2, SIDE)
