@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidLinkage, quoted
-from ..kinematics.linkage import COINCIDENT, PR, RP, RR, Linkage
+from ..kinematics.linkage import EXTENT, PR, RP, RR, Linkage
 from ..kinematics.plane_vectors import cross
 from ..kinematics.types import Complexes, Floats, Mask
 from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Structure
@@ -113,13 +113,16 @@ class Chain:
                 shortest = np.abs(self.z[arm] - self.z[self.structure.driver[1].joint]).max(0)
                 name = quoted(self.structure.drive)
                 yield (
-                    ~(shortest > COINCIDENT * self.size),
+                    ~(shortest > EXTENT.coincident * self.size),
                     f"joints of {name} coincide: it drives nothing, give it a length",
                 )
             for group in self.structure.dyads:
                 first, second = (self.structure.names[i] for i in (group.first, group.second))
                 shortest, sine = self.lengths(group), np.abs(self.sine(group))
-                yield ~(shortest > COINCIDENT * self.size), f"joints of {quoted(first)} or {quoted(second)} coincide"
+                yield (
+                    ~(shortest > EXTENT.coincident * self.size),
+                    f"joints of {quoted(first)} or {quoted(second)} coincide",
+                )
                 yield (
                     ~(sine >= LIMITS.sine),
                     f"it is given at a dead or change point of {quoted(first)} and {quoted(second)}, where its branch "

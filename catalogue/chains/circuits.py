@@ -476,7 +476,7 @@ def _double_zero(function: Any, near: Floats) -> Floats:
 
 
 def _bisected(holds: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Bisect between places (k,) where a condition holds and others where not."""
+    """Bisect between places (k,) where a condition is met and others."""
     for _ in range(FOLLOW.bisections):
         middle = 0.5 * (low + high)
         good = holds(middle)

@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 
 from ..errors import InvalidLinkage, quoted
 from ..given import number, pair, text
-from ..kinematics.linkage import COINCIDENT
+from ..kinematics.linkage import EXTENT
 from ..kinematics.motion import CHANGE
 from ..units import unit_or_none
 from .chain import LIMITS, Chain
@@ -235,7 +235,7 @@ def _apex(name: str, one: complex, first: float, other: complex, second: float, 
     apart = abs(way)
     size = max(first, second, apart)  # in units of which no power of a length overflows
     a, b, c = first / size, second / size, apart / size
-    if c < COINCIDENT:
+    if c < EXTENT.coincident:
         raise InvalidLinkage(f"{name} stands on two joints that coincide")
     square = (a + b - c) * (a + b + c) * (c - a + b) * (c + a - b)
     if square < -CHANGE * (a + b) ** 4:

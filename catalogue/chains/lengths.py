@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ..kinematics.linkage import COINCIDENT
+from ..kinematics.linkage import EXTENT
 from ..kinematics.types import Complexes
 from .chain import Chain
 from .structure import Gear, Structure
@@ -48,7 +48,7 @@ def spans(chain: Chain) -> dict[str, tuple[complex, complex]]:
             start = z[rail[0]]
             foot = start + 1j * along * ((z[slider[0]] - start) * along.conjugate()).imag
             found[f"offset {slide.first} {slide.second}"] = start, foot
-    least = COINCIDENT * float(chain.size[0])
+    least = EXTENT.coincident * float(chain.size[0])
     return {name: ends for name, ends in found.items() if abs(ends[1] - ends[0]) > least}
 
 

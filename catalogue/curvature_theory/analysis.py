@@ -8,7 +8,7 @@ and the digits they keep.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,21 +16,35 @@ from ..errors import InvalidRequest, quoted
 from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
-from .finite_pole import VANISHING, finite_pole, noise
+from .finite_pole import POLE, finite_pole, noise
 from .parallel_cranks import parallel_cranks
 from .polish_pairs import polish_pairs
 
-REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
-#: |sine of the angle between the rays| below which they count as parallel: there the error of
-#: neglecting the angle equals that of a pole 1e8 times as far as the pivots.
-PARALLEL_SINE = 1e-8
-#: From this sine on, up to NEAR_SINE, the principal pairs are improved on the motion itself; below
-#: it they are exact.
-SURE_SINE = 1e-15
-#: Below this sine and this collinearity residual the linkage counts as being at a dead point.
-DEAD_SINE = 1e-7
-#: So it does below these, if besides no more than the digits of NOISE are left of kappa.
-NEAR_SINE, NOISE = 1e-2, 1e-3
+REGULAR = 0  #: the pole is finite
+PARALLEL = 1  #: the rays are parallel, the pole is at infinity
+DEAD_POINT = 2  #: both rays coincide, two branches meet
+
+
+class Degeneration(NamedTuple):
+    """Limits of parallel rays and of dead points."""
+
+    #: Sine of the angle between the rays below which they count as parallel: neglecting the angle
+    #: costs as much as a pole 1e8 times as far as the pivots.
+    parallel_sine: float = 1e-8
+    #: Sine below which the principal pairs are exact; from it on, up to `near_sine`, they are
+    #: improved on the motion itself.
+    exact_sine: float = 1e-15
+    #: Sine and distance from a common line below which a linkage is at a dead point.
+    dead_sine: float = 1e-7
+    #: Sine and distance below which it is at one if rounding leaves too little of kappa.
+    near_sine: float = 1e-2
+    #: Relative error of kappa by rounding above which that is so: three digits are left.
+    noise: float = 1e-3
+    #: Size below which the distance from the line is rounding [distance from the origin].
+    rounding: float = 1e-9
+
+
+DEGENERATE = Degeneration()
 
 
 @dataclass(frozen=True)
@@ -109,7 +123,7 @@ class Curvature:
             "dead point: the rays coincide, two branches meet (curvature takes branch 0 or 1) or the chain is immobile",
         )
         unit = np.where(regular, self.rho0, np.nan)
-        straight = np.abs(self.s) * unit < VANISHING
+        straight = np.abs(self.s) * unit < POLE.vanishing
         mode_2 = np.zeros(len(self), dtype=bool)
         circles = (
             (self.undulation, self.kappa, "inflection", "undulation"),
@@ -117,7 +131,7 @@ class Curvature:
         )
         for point, curved, circle, name in circles:
             none = regular & np.isnan(point).any(-1)
-            whole = straight & (np.abs(curved) * unit < VANISHING)
+            whole = straight & (np.abs(curved) * unit < POLE.vanishing)
             add(none & whole, f"{name} all over the {circle} circle")
             add(none & ~whole, f"no {name}: it falls into the pole")
             mode_2 |= whole
@@ -167,7 +181,7 @@ def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
     ):
         raise InvalidRequest(f"the branch at a dead point is 0 or 1, not {quoted(branch)}")
     sine = linkage.sine
-    state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
+    state = np.where(np.abs(sine) < DEGENERATE.parallel_sine, PARALLEL, REGULAR)
     state[_collinear(linkage, sine)] = DEAD_POINT
     out = blank(len(linkage)) | {"state": state}
     for which, solve in ((REGULAR, finite_pole), (PARALLEL, parallel_cranks)):
@@ -175,7 +189,7 @@ def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
         if chosen.any():
             for name, value in solve(linkage[chosen]).items():
                 out[name][chosen] = value
-    far = (state != DEAD_POINT) & (np.abs(sine) < NEAR_SINE) & (np.abs(sine) > SURE_SINE)
+    far = (state != DEAD_POINT) & (np.abs(sine) < DEGENERATE.near_sine) & (np.abs(sine) > DEGENERATE.exact_sine)
     if far.any():
         out["principal_pairs"][far] = polish_pairs(linkage[far], out["principal_pairs"][far])
     found = Curvature(**out)
@@ -194,14 +208,14 @@ def blank(*shape: int) -> dict[str, Array]:
 
 def _collinear(linkage: Linkage, sine: Floats) -> Mask:
     """Tell where all pivots and rays are on one line within rounding, shape (n,)."""
-    near = np.flatnonzero(np.abs(sine) < NEAR_SINE)
+    near = np.flatnonzero(np.abs(sine) < DEGENERATE.near_sine)
     dead = np.zeros(len(linkage), dtype=bool)
     if near.size:
         some = linkage[near]
         z = np.where(some.finite, some.points, np.nan).reshape(-1, 4)
         first = np.where(some.finite[:, 0, 0], z[:, 0], z[:, 1])
         off = np.nanmax(np.abs(((z - first[:, None]) * some.rays[:, :1].conj()).imag), axis=1)
-        off /= np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * 1e-9)
-        exact = (np.abs(sine[near]) < DEAD_SINE) & (off < DEAD_SINE)
-        dead[near] = exact | (off < NEAR_SINE) & (noise(some) > NOISE)
+        off /= np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * DEGENERATE.rounding)
+        exact = (np.abs(sine[near]) < DEGENERATE.dead_sine) & (off < DEGENERATE.dead_sine)
+        dead[near] = exact | (off < DEGENERATE.near_sine) & (noise(some) > DEGENERATE.noise)
     return dead

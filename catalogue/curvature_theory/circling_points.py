@@ -15,6 +15,8 @@ Source: Allievi 1895, eqs. (4), (12); the form of degree 6 is not in the book.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..errors import InvalidRequest
@@ -22,12 +24,21 @@ from ..kinematics.linkage import homogeneous
 from ..kinematics.polynomials import product
 from ..kinematics.types import Floats
 from .analysis import Curvature
-from .finite_pole import VANISHING
+from .finite_pole import POLE
 
-#: Largest distance of a root from the unit circle: double roots have half of the digits.
-ROOT = 1e-5
-#: Largest relative error of the radius that is returned.
-EXACT = 1e-9
+
+class RootTest(NamedTuple):
+    """Errors of the roots of the form of degree 6."""
+
+    #: largest distance from the unit circle: double roots have half of the digits
+    distance: float = 1e-5
+    radius: float = 1e-9  #: largest relative error of the radius
+    newton: int = 4  #: Newton steps that improve a root
+    step: float = 1e-6  #: step of the derivative [rad]
+    farthest: float = 0.01  #: longest Newton step [rad]: a longer one leads to another root
+
+
+ROOTS = RootTest()
 
 
 def circling_points(curvature: Curvature, radius: float) -> Floats:
@@ -62,7 +73,7 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
         r_star, r, phi = _on_curve(kappa, star, s, size)
         axis_star, axis, along = _on_axes(star, s, size)
         r_star, r, phi = (np.concatenate(two, axis=1) for two in ((r_star, axis_star), (r, axis), (phi, along)))
-        good = np.isfinite(r_star) & np.isfinite(r) & (np.abs(np.abs(r - r_star) / size[:, None] - 1) < EXACT)
+        good = np.isfinite(r_star) & np.isfinite(r) & (np.abs(np.abs(r - r_star) / size[:, None] - 1) < ROOTS.radius)
         turn = np.exp(1j * phi)
         plane = curvature.axes[..., 0] + 1j * curvature.axes[..., 1]
         pole = curvature.pole[:, 0] + 1j * curvature.pole[:, 1]
@@ -90,34 +101,34 @@ def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Flo
     companion[:, np.arange(1, 6), np.arange(5)] = 1
     w = np.linalg.eigvals(companion)
     phi = 0.5 * np.angle(w)
-    on = there[:, None] & (np.abs(np.abs(w) - 1) < ROOT)
+    on = there[:, None] & (np.abs(np.abs(w) - 1) < ROOTS.distance)
     kappa, star, s, size = (a[:, None] for a in (kappa, star, s, size))
 
     def gap(phi: Floats) -> Floats:
         c, d = np.cos(phi), np.sin(phi)
         return np.asarray(np.abs(c * c * d) - size * np.abs((star * c + s * d) * (kappa * c + s * d)))
 
-    for _ in range(4):
-        step = 1e-6
+    for _ in range(ROOTS.newton):
+        step = ROOTS.step
         slope = (gap(phi + step) - gap(phi - step)) / (2 * step)
         change = gap(phi) / slope
-        phi = np.where(np.abs(change) < 0.01, phi - change, phi)
+        phi = np.where(np.abs(change) < ROOTS.farthest, phi - change, phi)
     c, d = np.cos(phi), np.sin(phi)
-    off = on & (np.abs(c) > ROOT) & (np.abs(d) > ROOT)
+    off = on & (np.abs(c) > ROOTS.distance) & (np.abs(d) > ROOTS.distance)
     r_star, r = (np.where(off, c * d / (k * c + s * d), np.nan) for k in (star, kappa))
     order = np.argsort(np.where(off, phi, np.inf), axis=1)
     phi, r_star, r = (np.take_along_axis(a, order, 1) for a in (phi, r_star, r))
-    again = np.pad(np.abs(np.diff(phi, axis=1)) < ROOT, ((0, 0), (1, 0)))  # a double root is one point
+    again = np.pad(np.abs(np.diff(phi, axis=1)) < ROOTS.distance, ((0, 0), (1, 0)))  # a double root is one point
     return np.where(again, np.nan, r_star), r, phi
 
 
 def _on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
     """Compute r*, r, phi of the points on the axes (rho0 = 1), (n, 4) each."""
-    normal = (np.abs(s) < VANISHING)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
+    normal = (np.abs(s) < POLE.vanishing)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
     signed = np.stack([size, size, -size, -size], axis=1)
     side = np.array([1, -1, 1, -1])
     y_star = -0.5 * signed + side * np.sqrt(0.25 * signed**2 + signed)
-    tangent = (np.abs(star) < VANISHING)[:, None]
+    tangent = (np.abs(star) < POLE.vanishing)[:, None]
     x_star = np.where(side > 0, size[:, None], -size[:, None])
     x_star = np.where(np.arange(4) < 2, x_star, np.nan)
     r_star = np.where(normal, y_star, np.where(tangent, x_star, np.nan))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
 from ..kinematics.types import Array
-from .analysis import DEAD_SINE, PARALLEL, REGULAR, Curvature
+from .analysis import DEGENERATE, PARALLEL, REGULAR, Curvature
 from .finite_pole import distances
 
 #: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
@@ -34,7 +34,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         # at a dead point the pole is not where the rays meet, and is as sure as the pivots
         plain = (some.rays[:, :, None].conj() * (some.points - pole[:, None, None])).real
         plain = np.where(some.finite, plain, np.inf)
-        dead = np.abs(some.sine)[:, None] < DEAD_SINE
+        dead = np.abs(some.sine)[:, None] < DEGENERATE.dead_sine
         r, r_star = (np.where(dead, plain[..., i], along) for i, along in enumerate(distances(some, pole)[:2]))
         up = np.where((some.rays * normal[:, None].conj()).real < 0, -1.0, 1.0)
         letter = np.where(r * up > 0, "P", np.where(r_star * up > 0, "X", "N"))

@@ -19,7 +19,7 @@ import numpy as np
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
-from .finite_pole import VANISHING
+from .finite_pole import POLE
 
 
 def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
@@ -102,8 +102,8 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
         "kappa": kappa / unit,
         "kappa_star": star / unit,
         "s": np.zeros_like(rho0),
-        "undulation": np.where(np.abs(kappa) < VANISHING, np.nan, 1.0)[..., None] * normal + centre,
-        "cuspidation": np.where(np.abs(star) < VANISHING, np.nan, -1.0)[..., None] * normal + centre,
+        "undulation": np.where(np.abs(kappa) < POLE.vanishing, np.nan, 1.0)[..., None] * normal + centre,
+        "cuspidation": np.where(np.abs(star) < POLE.vanishing, np.nan, -1.0)[..., None] * normal + centre,
         "principal_pairs": homogeneous(world),
     }
     for value in out.values():
@@ -129,7 +129,7 @@ def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
         Linkage, branch, pair, (fixed, moving), (x, y).  NaN where they are imaginary, and for kappa
         or kappa* = 0, where both coincide with the pole.
     """
-    ratio = np.where(np.minimum(np.abs(kappa), np.abs(star)) < VANISHING, np.nan, -v3 * v4 * kappa * star)
+    ratio = np.where(np.minimum(np.abs(kappa), np.abs(star)) < POLE.vanishing, np.nan, -v3 * v4 * kappa * star)
     x, y = np.sqrt(np.abs(v3 * v4)), np.sqrt(np.abs(kappa * star))
     norm = np.where(ratio > 0, np.hypot(x, y), np.nan)
     x, y = x / norm, y / norm

@@ -10,23 +10,33 @@ rotation.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, motion
 from ..kinematics.types import Array, Complexes, Floats, Mask
 
-#: Positions on the way in either direction; tangent of half of the angle to which the motion is
-#: followed; and the part of the way to a turning point, where positions lose digits.
-POSITIONS, FARTHEST, PART = 16, 1.0, 0.9
-#: The same where the series has no term above rounding: a change point farther on may lead into the
-#: other branch.
-NEARER = 0.1
-#: Charts conditioned worse than this lose digits that decide; those that carry a point less than
-#: this part of what another one does say too little.
-CONDITIONED, FAR = 1e-6, 0.3
-#: Largest distance from the nominal, in parts of the path, that rounding explains.
-ROUNDING = 1e-11
+
+class FiniteTest(NamedTuple):
+    """How a point is followed to see whether it stays on its nominal."""
+
+    positions: int = 16  #: positions on the way in either direction
+    farthest: float = 1.0  #: tangent of half of the angle to which the motion is followed
+    part: float = 0.9  #: part of the way to a turning point, where positions lose digits
+    #: The farthest where the series has no term above rounding: a change point farther on may lead
+    #: into the other branch.
+    nearer: float = 0.1
+    conditioned: float = 1e-6  #: least conditioning of a chart: worse ones lose digits that decide
+    #: Part of the longest way of any chart that a chart must carry the point: shorter ones prove
+    #: too little.
+    far: float = 0.3
+    rounding: float = 1e-11  #: distance from the nominal that rounding explains [path]
+
+
+FINITE = FiniteTest()
+
 #: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so
 #: far.
 VISIBLE = (0.3, *np.geomspace(0.1, 1e-7, 13))
@@ -41,7 +51,7 @@ def stays(
     unit: Complexes,
     curvature: Floats,
     pole: Complexes | None,
-    farthest: float = FARTHEST,
+    farthest: float = FINITE.farthest,
 ) -> Mask:
     """Tell which coupler points stay on their nominal over the finite motion, shape (n,).
 
@@ -61,13 +71,13 @@ def stays(
         Parameter, tangent of half an angle, to which the motion is followed.
     """
     ways, kept = [], []
-    share = np.arange(1, POSITIONS + 1) / POSITIONS
+    share = np.arange(1, FINITE.positions + 1) / FINITE.positions
     share = np.concatenate([-share[::-1], share])[:, None]
     for chart in CHARTS:
         moving = motion(linkage, chart, point, pole=pole)
-        good = moving.conditioning > CONDITIONED
+        good = moving.conditioning > FINITE.conditioned
         with np.errstate(all="ignore"):
-            reach = np.minimum(np.abs(PART * moving.interval), farthest)
+            reach = np.minimum(np.abs(FINITE.part * moving.interval), farthest)
             re, im = moving.point(point)(np.where(share < 0, reach[0], reach[1]) * share)
             path = ((re + 1j * im) * unit.conj()).conj()
             square = path.real**2 + path.imag**2
@@ -75,10 +85,10 @@ def stays(
             away = np.abs((2 * path.imag - curvature * square) / (1 + root))
             far, most = (np.fmax.reduce(values, axis=0) for values in (np.sqrt(square), away))
             ways.append(np.where(good, np.nan_to_num(far), 0.0))
-            kept.append(most <= ROUNDING * far)
+            kept.append(most <= FINITE.rounding * far)
     # one chart is enough: another may continue in the other branch beyond a change point
     carried = np.stack(ways)
-    return np.asarray(((carried > FAR * carried.max(0)) & kept).any(0))
+    return np.asarray(((carried > FINITE.far * carried.max(0)) & kept).any(0))
 
 
 def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:

@@ -30,6 +30,8 @@ division by s.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
@@ -39,10 +41,19 @@ from ..kinematics.types import Complexes, Floats
 AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
-#: Reciprocal of the distance beyond which a point stands at infinity [rho0].
-INFINITE = 2e-15
-#: Largest value, in its natural unit, that counts as zero where it would be a divisor.
-VANISHING = 1e-11
+
+
+class PoleRounding(NamedTuple):
+    """Limits below which numbers are zero."""
+
+    #: reciprocal of the distance beyond which a point is at infinity [1/rho0]
+    infinite: float = 2e-15
+    cancelled: float = 0.03  #: part of its largest term below which kappa + V has cancelled
+    #: Largest value, in its natural unit, that counts as zero where it would be a divisor.
+    vanishing: float = 1e-11
+
+
+POLE = PoleRounding()
 
 
 def pole_of(linkage: Linkage) -> Complexes:
@@ -177,7 +188,7 @@ def principal_pairs(
     # is guided exactly
     rest = np.abs(h * h * cos[:, 0] * cos[:, 1]), np.abs(h * b), np.abs(c)
     unit = np.maximum(1.0, h * h)
-    cyclic = np.maximum(np.maximum(rest[0], rest[1]), rest[2]) <= VANISHING * unit
+    cyclic = np.maximum(np.maximum(rest[0], rest[1]), rest[2]) <= POLE.vanishing * unit
     product = cos[:, 0] * cos[:, 1] * c
     square = b * b - 4 * product
     square = np.where((square < 0) & (square > -CLAMP * np.maximum(kappa**2, star**2)), 0.0, square)
@@ -204,7 +215,7 @@ def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Flo
     both = []
     for w, other in ((kappa + v, s + u), (star + v, s + u_star)):
         large = np.maximum(np.maximum(np.abs(kappa), np.abs(star)), np.abs(v))
-        swap = (np.abs(x) > np.abs(y)) & (np.abs(w) < 0.03 * large) & np.isfinite(other)
+        swap = (np.abs(x) > np.abs(y)) & (np.abs(w) < POLE.cancelled * large) & np.isfinite(other)
         both.append(
             np.stack([np.where(swap, x * x, x * y), np.where(swap, x * y, y * y), np.where(swap, other, w)], -1)
         )
@@ -214,11 +225,11 @@ def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Flo
 def scaled(pairs: Floats) -> Floats:
     """Scale homogeneous points to w = 1, or to a unit direction at infinity.
 
-    A point beyond rho0/`INFINITE` counts as infinite.
+    A point beyond rho0/`POLE.infinite` counts as infinite.
     """
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])
-    far = np.abs(w) <= INFINITE * length
+    far = np.abs(w) <= POLE.infinite * length
     out = pairs / np.where(far, length, w)[..., None]
     out[..., 2] = np.where(np.isnan(w) | np.isnan(length), np.nan, np.where(far, 0.0, 1.0))
     return np.where(np.isnan(out).any(axis=(-1, -2), keepdims=True), np.nan, out)
@@ -232,5 +243,5 @@ def _singular_point(x: Floats, y: Floats, side: float) -> Floats:
     """
     norm = np.hypot(x, y)
     sin, cos = y / norm, x / norm
-    none = np.abs(y) < VANISHING
+    none = np.abs(y) < POLE.vanishing
     return np.where(none[:, None], np.nan, side * np.stack([sin * cos, sin * sin], axis=-1))

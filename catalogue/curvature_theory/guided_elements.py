@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -17,11 +17,17 @@ from .leading_error import leading_error_of_pairs
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Distance below which points coincide [sizes of the linkage].
-COINCIDENT = 1e-9
-#: The same for two principal pairs, and largest coefficient that counts as zero for them: a double
-#: root has half of the digits.
-DOUBLE = 1e-6
+
+class Coincidence(NamedTuple):
+    """When two guided elements are one."""
+
+    near: float = 1e-9  #: largest distance of their points [sizes of the linkage]
+    #: Largest distance of coincident principal pairs, and largest coefficient that counts as zero
+    #: for them: a double root has half of the digits.
+    double: float = 1e-6
+
+
+COINCIDENCE = Coincidence()
 
 
 @dataclass(frozen=True)
@@ -104,11 +110,14 @@ def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
         found |= {f"radius {radius:g}, {j + 1}": circling[:, j] for j in range(circling.shape[1])}
     pairs = np.stack(list(found.values()), axis=1)
     pole = instant.pole
-    orders = [leading_error_of_pairs(instant.linkage, p, pole=pole, tolerance=DOUBLE).order for p in found.values()]
+    orders = [
+        leading_error_of_pairs(instant.linkage, p, pole=pole, tolerance=COINCIDENCE.double).order
+        for p in found.values()
+    ]
     pivots, size = instant.linkage.pivots, instant.linkage.size[:, None]
-    driving = [_same(pairs, pivots[:, None, i], COINCIDENT * size[..., None]) for i in (0, 1)]
+    driving = [_same(pairs, pivots[:, None, i], COINCIDENCE.near * size[..., None]) for i in (0, 1)]
     there = np.isfinite(pairs).all(axis=(2, 3)) & ~(driving[0] | driving[1])
-    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], DOUBLE * size)
+    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], COINCIDENCE.double * size)
     return GuidedElements(
         list(found), np.where(there[..., None, None], pairs, np.nan), np.where(there, np.stack(orders, 1), 0)
     )
@@ -130,7 +139,7 @@ def _same(one: Floats, two: Floats, near: Floats) -> Mask:
     """
     z, w = ((p[..., 0] + 1j * p[..., 1]) for p in (one, two))
     infinite = [p[..., 2] == 0 for p in (one, two)]
-    directions = infinite[0] & infinite[1] & (np.abs((z.conj() * w).imag) < COINCIDENT)
+    directions = infinite[0] & infinite[1] & (np.abs((z.conj() * w).imag) < COINCIDENCE.near)
     with np.errstate(invalid="ignore"):
         points = ~infinite[0] & ~infinite[1] & (np.abs(z - w) <= near)
     return np.asarray((directions | points).all(-1))

@@ -26,7 +26,7 @@ import numpy as np
 from ..kinematics.batch import Rows
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
-from .exact_guides import NEARER, UNDECIDED, first_term, stays
+from .exact_guides import FINITE, UNDECIDED, first_term, stays
 from .taylor import TERMS, Jet, jet, norm_squared
 
 #: Order of contact of a guide that is exact on the finite motion.
@@ -176,7 +176,7 @@ def leading_error(
             at = None if pole is None else np.asarray(pole)[many]
             which = linkage[many], point[many], unit[many], wanted_curvature[many], at
             first = first_term(gap[:, many], z[:, many], MOST, tolerance)
-            exact = stays(*which) | (first == 0) & stays(*which, NEARER)
+            exact = stays(*which) | (first == 0) & stays(*which, FINITE.nearer)
             positions[many] = np.where(exact, EXACT + 1, np.where(first == 0, UNDECIDED, first))
         exact = positions > EXACT
         row = np.clip(np.where(exact, 0, positions), 0, TERMS - 1)

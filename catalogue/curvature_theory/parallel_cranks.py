@@ -8,16 +8,25 @@ Source: Allievi 1895, secs. 16-18, eqs. (52)-(60)*.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.linkage import RR, Linkage, homogeneous
 from ..kinematics.types import Floats
 from .finite_pole import scaled
 
-#: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
-PARALLELOGRAM = 1e-12
-#: Rounding of a height, in units of the largest coordinate.
-ROUNDING = 8 * np.finfo(float).eps
+
+class ParallelRounding(NamedTuple):
+    """Limits below which differences of parallel cranks are rounding."""
+
+    parallelogram: float = 1e-12  #: relative difference of lengths of a parallelogram's cranks
+    height: float = 8 * np.finfo(float).eps  #: rounding of a height [largest coordinate]
+    discriminant: float = 1e-13  #: of a double root, over its terms
+    root: float = 1e-3  #: ratio of the roots below which the smaller one is taken as a limit
+
+
+PARALLEL_ROUNDING = ParallelRounding()
 
 
 def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
@@ -44,14 +53,14 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
         origin = (across[:, 0] * y[:, 0] - across[:, 1] * y[:, 1]) / (y[:, 0] - y[:, 1])
         k, k_star = -(x[:, 0] - origin) * y[:, 0], -(x_star[:, 0] - origin) * y[:, 0]
         lever = np.abs(np.concatenate([x, x_star, z.imag.reshape(len(z), -1)], axis=1))
-        least = ROUNDING * np.where(np.isfinite(lever), lever, 0).max(1)
+        least = PARALLEL_ROUNDING.height * np.where(np.isfinite(lever), lever, 0).max(1)
         k, k_star = (np.where(np.abs(c) <= least * np.abs(y[:, 0]), 0.0, c) for c in (k, k_star))
         k, k_star = np.where(kind[:, 1] == 2, 0.0, k), np.where(kind[:, 1] == 1, 0.0, k_star)
         # for a slider (slide) the product y1 y2 is 0 and k k*/(y1 y2) becomes x1 x2* (x2 x1*)
         first = np.where(crank, k * k_star / (y[:, 0] * y[:, 1]), 0.0)
         first = np.where(kind[:, 1] == 1, (x[:, 0] - origin) * (x_star[:, 1] - origin), first)
         first = np.where(kind[:, 1] == 2, (x[:, 1] - origin) * (x_star[:, 0] - origin), first)
-        alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLELOGRAM * np.abs(xi).max(axis=1)
+        alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLEL_ROUNDING.parallelogram * np.abs(xi).max(axis=1)
         bad = alike & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
         pairs = _pairs(y, k, k_star, first, least)
         out = np.where(bad, 0.0, origin + 1j * centre)  # not to warn of what is discarded
@@ -85,7 +94,8 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
     b = -(y[:, 0] + y[:, 1])
     b = np.where(np.abs(b) <= least, 0.0, b)
     square = b * b - 4 * product
-    square = np.where((square < 0) & (square > -1e-13 * (b * b + np.abs(product))), 0.0, square)
+    rounded = PARALLEL_ROUNDING.discriminant * (b * b + np.abs(product))
+    square = np.where((square < 0) & (square > -rounded), 0.0, square)
     large = 0.5 * (b + np.copysign(np.sqrt(square), b))
     small = np.where(large != 0, product / large, 0.0)
     # first: (-k/y, y); second, whose y may vanish with k k*: multiplied by its y and divided by
@@ -97,6 +107,7 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
         usual = np.stack([-mine, small * small, small], axis=-1)
         infinite = np.where((tie == 0) & (other == 0), 1.0, -tie)  # equal cranks of opposite sense, k or k* zero (Watt)
         limit = np.stack([infinite, small * other, other], axis=-1)
-        vanishing = (np.abs(small) <= 1e-3 * np.abs(large)) & (np.abs(y[:, 0] * y[:, 1]) > 0)
+        much_smaller = np.abs(small) <= PARALLEL_ROUNDING.root * np.abs(large)
+        vanishing = much_smaller & (np.abs(y[:, 0] * y[:, 1]) > 0)
         two.append(np.where(vanishing[:, None], limit, usual))
     return scaled(np.stack([np.stack(one, axis=1), np.stack(two, axis=1)], axis=1))

@@ -12,34 +12,43 @@ with z -> z + d + x (z - o) the motion; that of a principal pair vanishes with t
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.power_series import taylor_product
 from ..kinematics.types import Array, Floats
-from .finite_pole import INFINITE
+from .finite_pole import POLE
 from .taylor import charts, norm_squared, path_series
 
-#: Charts conditioned worse than this (near change points) have fewer digits than the pairs.
-CONDITIONING = 0.05
-#: Systems conditioned worse than this belong to pairs that nearly coincide.
-COINCIDENT = 1e8
-#: Longest step of the unit vectors that is taken: a longer one does not start at an approximate
-#: pair.
-STEP = 1e-2
-STEPS = 2
+
+class Polish(NamedTuple):
+    """Newton's method for principal pairs."""
+
+    #: Least conditioning of a chart: worse ones, near change points, have fewer digits than the
+    #: pairs.
+    conditioning: float = 0.05
+    #: Condition number of the system above which two pairs nearly coincide.
+    coincident: float = 1e8
+    #: Longest step of the unit vectors: a longer one does not start at an approximate pair.
+    step: float = 1e-2
+    steps: int = 2  #: most steps
+
+
+POLISH = Polish()
 
 
 def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
-    """Return approximate principal pairs (n, 2, 2, 3), improved where the motion tells them better.
+    """Improve approximate principal pairs (n, 2, 2, 3) by the motion.
 
-    NaN, and pairs so near to each other that they cannot be told apart, are left as they are.
+    NaN, and pairs that nearly coincide, stay as they are.
     """
     out = pairs.copy()
     start = np.where(linkage.finite[:, 0, 1], linkage.points[:, 0, 1], linkage.points[:, 0, 0])
     for where, moving in charts(linkage, start, None, np.longdouble):
-        good = np.flatnonzero(moving.conditioning > CONDITIONING)
+        good = np.flatnonzero(moving.conditioning > POLISH.conditioning)
         if good.size:
             forms = _bilinear(moving[good])
             for k in (0, 1):
@@ -77,21 +86,21 @@ def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
     now = _unit(np.concatenate([(pair[..., :2] - w * origin) / size[..., None], w], axis=-1))
     done = np.zeros(len(pair), dtype=bool)
     now = np.where(np.isfinite(now), now, 0.0)
-    for _ in range(STEPS):
+    for _ in range(POLISH.steps):
         by_fixed, by_moving = (forms * now[:, None, None, 1]).sum(3), (forms * now[:, None, 0, :, None]).sum(2)
         gap = (by_fixed * now[:, None, 0]).sum(2)
         system, right = np.zeros((len(pair), 6, 6)), np.zeros((len(pair), 6, 1))
         system[:, :4, :3], system[:, :4, 3:], right[:, :4, 0] = by_fixed, by_moving, gap
         system[:, 4, :3], system[:, 5, 3:] = now[:, 0], now[:, 1]
         with np.errstate(all="ignore"):
-            regular = np.linalg.cond(system) < COINCIDENT
+            regular = np.linalg.cond(system) < POLISH.coincident
         step = np.linalg.solve(np.where(regular[:, None, None], system, np.eye(6)), right)[..., 0]
-        taken = regular & (np.abs(step).max(1) < STEP)
+        taken = regular & (np.abs(step).max(1) < POLISH.step)
         now = np.where(taken[:, None, None], _unit(now - step.reshape(-1, 2, 3)), now)
         done |= taken
     xy, w = now[..., :2] * size[..., None], now[..., 2:]
     with np.errstate(all="ignore"):
-        far = np.abs(w) <= INFINITE
+        far = np.abs(w) <= POLE.infinite
         direction = xy / np.linalg.norm(xy, axis=-1, keepdims=True)
         place = np.where(far, direction, xy / w + origin)
         back = np.concatenate([place, np.where(far, 0.0, 1.0)], axis=-1)

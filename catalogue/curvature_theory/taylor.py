@@ -21,12 +21,17 @@ from ..kinematics.types import Array, Complexes, Floats, Indices
 
 #: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
 TERMS = 9
-#: Where the coupler chart is better conditioned than this, the crank charts are not looked at.
-GOOD = 0.5
-#: A chart conditioned worse than this has no series.
-SINGULAR = 1e-12
-#: Linkages worked on at once: their series stay in the cache.
-BLOCK = 4096
+
+
+class ChartChoice(NamedTuple):
+    """In which chart a series is computed."""
+
+    good: float = 0.5  #: conditioning of the coupler chart above which crank charts are not tried
+    singular: float = 1e-12  #: least conditioning of a chart that has a series
+    block: int = 4096  #: linkages at once: their series stay in the cache
+
+
+CHART_CHOICE = ChartChoice()
 
 
 class Jet(NamedTuple):
@@ -46,8 +51,8 @@ def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Je
     The poles (n,) select the branch of linkages at a change point.
     """
     z, turn = np.full((TERMS, len(linkage)), np.nan, dtype=complex), np.full(len(linkage), np.nan)
-    for start in range(0, len(linkage), BLOCK):
-        rows = np.arange(start, min(start + BLOCK, len(linkage)))
+    for start in range(0, len(linkage), CHART_CHOICE.block):
+        rows = np.arange(start, min(start + CHART_CHOICE.block, len(linkage)))
         at = None if pole is None else np.asarray(pole)[rows]
         for where, moving in charts(linkage[rows], point[rows], at):
             chosen = rows[where]
@@ -63,7 +68,7 @@ def charts(
     coupler = motion(linkage, 0, point, dtype, pole)
     best = np.nan_to_num(coupler.conditioning)
     chart = np.zeros(len(linkage), dtype=int)
-    poor = np.flatnonzero(best < GOOD)
+    poor = np.flatnonzero(best < CHART_CHOICE.good)
     cranks = {}
     for crank in (CRANK_1, CRANK_2):
         if poor.size:
@@ -71,7 +76,7 @@ def charts(
             good = np.nan_to_num(cranks[crank].conditioning)
             better = good > best[poor]
             chart[poor[better]], best[poor[better]] = crank, good[better]
-    regular = best > SINGULAR
+    regular = best > CHART_CHOICE.singular
     out = [(where := np.flatnonzero(regular & (chart == 0)), coupler[where])]
     for crank, moving in cranks.items():
         mine = regular[poor] & (chart[poor] == crank)

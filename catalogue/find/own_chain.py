@@ -21,7 +21,7 @@ from ..guidance.circuit_curve import fitted
 from ..guidance.deviation_curve import from_circle
 from ..kinematics.circuits import OPEN, TURN
 from ..kinematics.sampling import Samples, resolved
-from ..kinematics.splines import SPLINE_ERROR, place_points
+from ..kinematics.splines import SPLINE, place_points
 from ..kinematics.types import Complexes, Floats
 from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
@@ -232,7 +232,7 @@ class OwnChain:
         samples, size = self.samples(low, high), float(self.chain.size[0])
         deviation = getattr(self, "deviation", np.inf)
         error = max(PART * deviation, ROUNDED * size) / float(samples.scale[0])
-        return place_points(samples, 0, min(SPLINE_ERROR, error))
+        return place_points(samples, 0, min(SPLINE.error, error))
 
     def motion(
         self, samples: int = SAMPLES, *, points: Any = None, driver: Any = None, between: Sequence[Sequence[str]] = ()

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..kinematics.circuits import OPEN, Circuits
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.sampling import POLYLINE_ERROR, Samples, lowest, resolved
-from ..kinematics.splines import SPLINE_ERROR, place_points
+from ..kinematics.sampling import POLYLINE, Samples, lowest, resolved
+from ..kinematics.splines import SPLINE, place_points
 from ..kinematics.types import Array, Complexes, Floats
 from ..problem.path import places
 from .guide_motion import GuideMotion
@@ -78,7 +78,7 @@ class Run:
         """Return the phases of `count` rows; see `Samples.rows`."""
         return self.samples.rows(np.linspace(0, 1, count))
 
-    def polyline(self, error: float = POLYLINE_ERROR) -> Floats:
+    def polyline(self, error: float = POLYLINE.error) -> Floats:
         """Return the phases of polylines along guided and further points.
 
         See `Samples.polyline`.
@@ -92,7 +92,7 @@ class Run:
         """
         scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
         deviation = getattr(self.guide, "deviation", np.inf)
-        return place_points(self.samples, 0, min(SPLINE_ERROR, max(PART * deviation, ROUNDED * size) / scale))
+        return place_points(self.samples, 0, min(SPLINE.error, max(PART * deviation, ROUNDED * size) / scale))
 
     def path(self, phases: Floats) -> Complexes:
         """Compute the guided point at phases (m,)."""

@@ -29,7 +29,7 @@ from .motion import Pose
 from .plane_vectors import cross, dot
 from .types import Array, Floats, Indices, Mask
 
-#: A coupler that leads to infinity is followed so near to it [rad].
+#: Angle from infinity up to which a coupler that leads there is followed [rad].
 NEAR_INFINITY = 0.03
 TURN, SWING, OPEN = range(3)
 COUPLER = 2

@@ -8,16 +8,24 @@ the line of the slide).  Angles between sliders stay.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .linkage import PR, RP, RR, Linkage
 from .plane_vectors import cross, dot
 from .types import Complexes, Floats, Mask
 
-#: Newton steps until the lengths are round.
-ROUNDS = 8
-#: What is left of them then, of the size.
-CLOSE = 1e-12
+
+class Rounding(NamedTuple):
+    """Newton's method to round lengths."""
+
+    rounds: int = 8  #: most steps
+    difference: float = 1e-6  #: displacement to difference lengths [sizes of the linkage]
+    close: float = 1e-12  #: error of the lengths at which it ends [sizes of the linkage]
+
+
+ROUNDING = Rounding()
 
 
 def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
@@ -65,7 +73,7 @@ def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, C
 
 
 def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, size: Floats) -> tuple[Complexes, Mask]:
-    """Return the places (n, 5) with round lengths, and where there are such."""
+    """Find places (n, 5) with round lengths, and a mask (n,) of those that exist."""
 
     def lengths(at: Complexes) -> Floats:
         return np.stack(list(_lengths(at, kinds).values()), axis=-1)
@@ -74,12 +82,12 @@ def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, siz
     positive = [not name.startswith(("offset", "point")) for name in _lengths(z, kinds)]
     there = (wanted[:, positive] > 0).all(1)
     free = np.flatnonzero(finite)
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDING.rounds):
         missing = wanted - lengths(z)
         columns = []
         for direction in np.kron(np.eye(5)[free], [[1], [1j]]):
-            by = 1e-6 * size[:, None] * direction
-            columns.append((lengths(z + by) - lengths(z - by)) / (2e-6 * size[:, None]))
+            by = ROUNDING.difference * size[:, None] * direction
+            columns.append((lengths(z + by) - lengths(z - by)) / (2 * ROUNDING.difference * size[:, None]))
         jacobian = np.stack(columns, axis=-1)
         with np.errstate(all="ignore"):
             ok = np.isfinite(jacobian).all((1, 2)) & np.isfinite(missing).all(1)
@@ -89,7 +97,7 @@ def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, siz
         z[:, free] += change[:, 0::2] + 1j * change[:, 1::2]
         there &= ok
     with np.errstate(all="ignore"):
-        closed = there & (np.abs(wanted - lengths(z)) <= CLOSE * size[:, None]).all(1)
+        closed = there & (np.abs(wanted - lengths(z)) <= ROUNDING.close * size[:, None]).all(1)
     return z, np.asarray(closed)
 
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -30,7 +30,9 @@ from ..errors import InvalidLinkage
 from ..given import doubles
 from .types import Array, Complexes, Floats, Mask
 
-RR, PR, RP = 0, 1, 2
+RR = 0  #: crank
+PR = 1  #: slider on a rail
+RP = 2  #: slide with a slot
 FAMILIES: dict[str, tuple[int, int]] = {
     "four-bar": (RR, RR),
     "slider-crank": (RR, PR),
@@ -45,12 +47,18 @@ _NAME = np.empty((3, 3), dtype=object)
 for _name, (_i, _j) in FAMILIES.items():
     _NAME[_i, _j] = _NAME[_j, _i] = _name
 
-#: Two pivots nearer than this times the size of the linkage count as coincident.
-COINCIDENT = 1e-12
-#: Smallest size of a linkage: its square is still a normal double.
-SMALLEST = 1e-152
-#: Largest coordinate of a pivot: its square is still a double.
-LARGEST = 1e152
+
+class Extent(NamedTuple):
+    """Sizes of linkages that double precision allows."""
+
+    coincident: float = 1e-12  #: distance up to which two pivots coincide [sizes of the linkage]
+    #: Size below which that distance is rounding instead [distance from the origin].
+    rounding: float = 1e-3
+    smallest: float = 1e-152  #: smallest size [length]: its square is still a normal double
+    largest: float = 1e152  #: largest coordinate of a pivot [length]: its square is still a double
+
+
+EXTENT = Extent()
 
 
 class Linkage:
@@ -313,9 +321,12 @@ def faults(pivots: Floats) -> Array:
         mark((~finite).all(-1).any(-1), "a dyad has both pivots at infinity")
         spread = np.where(finite, np.abs(z - np.where(finite[:, :1, :1], z[:, :1, :1], 0)), 0)
         size, far = spread.max(axis=(1, 2)), np.abs(np.where(finite, z, 0)).max(axis=(1, 2))
-        near = COINCIDENT * np.maximum(size, far * 1e-3)
-        mark(far > LARGEST, f"a pivot is farther out than {LARGEST:.0e}: choose another unit of length")
-        mark((size < SMALLEST) & (size > 0), f"it is smaller than {SMALLEST:.0e}: choose another unit of length")
+        near = EXTENT.coincident * np.maximum(size, far * EXTENT.rounding)
+        mark(far > EXTENT.largest, f"a pivot is farther out than {EXTENT.largest:.0e}: choose another unit of length")
+        mark(
+            (size < EXTENT.smallest) & (size > 0),
+            f"it is smaller than {EXTENT.smallest:.0e}: choose another unit of length",
+        )
         link = np.abs(z[..., 0] - z[..., 1])
         mark((finite.all(-1) & (link <= near[:, None])).any(-1), "the two pivots of a crank coincide")
         for k, name in enumerate(("fixed", "moving")):
@@ -323,7 +334,7 @@ def faults(pivots: Floats) -> Array:
             apart = np.abs(z[:, 0, k] - z[:, 1, k])
             cross = np.abs((z[:, 0, k].conj() * z[:, 1, k]).imag)
             mark(both & (apart <= near), f"the two {name} pivots coincide")
-            mark(none & (cross <= COINCIDENT), f"the two {name} pivots at infinity coincide (parallel lines)")
+            mark(none & (cross <= EXTENT.coincident), f"the two {name} pivots at infinity coincide (parallel lines)")
     return wrong
 
 

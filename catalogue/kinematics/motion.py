@@ -202,12 +202,14 @@ def root_of(h: Array, k: Array, divided: Array, circle: Array, branch: Array) ->
         return np.asarray(np.where(k * branch < 0, other, mixed / (k + root)))
 
 
-COUPLER, CRANK_1, CRANK_2 = 0, 1, 2
+COUPLER = 0  #: chart by the rotation of the coupler
+CRANK_1 = 1  #: chart by the angle of crank 1
+CRANK_2 = 2  #: chart by the angle of crank 2
 CHARTS = (COUPLER, CRANK_1, CRANK_2)
 #: Positions evaluated at once: the temporaries of one block stay in the second-level cache.
 BLOCK = 32768
-#: A linkage with |K| below this part of its scale in all charts is at a change point.
-CHANGE = 1e-9
+CHANGE = 1e-9  #: |K| over its scale, in all charts, below which a linkage is at a change point
+TOUCHED = 1e-6  #: relative distance of E from its bound up to which a change point is at it
 
 
 class Pose(NamedTuple):
@@ -473,7 +475,7 @@ def motion(
         forms, branch = at_change(forms, circle, unit, origin, np.asarray(pole), change)
         conditioning = np.where(branch != 0, 1.0, conditioning)
         for level in (low, high):  # the limit is touched here, without being crossed
-            touched = change & (np.abs(limit[0] - level) <= 1e-6 * np.abs(limit).max(0))
+            touched = change & (np.abs(limit[0] - level) <= TOUCHED * np.abs(limit).max(0))
             limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
         interval = np.where(change, np.stack([nearest(limit, low, high, side) for side in (-1, 1)]), interval)
     unit = np.where(crank, 1, unit)

@@ -12,44 +12,66 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from .types import Array, Complexes, Floats, Mask
 
-#: Samples at first: several for each wiggle of a coupler curve, which has degree six.
-EVEN = 49
+
+class Sampling(NamedTuple):
+    """How finely a motion is sampled."""
+
+    #: samples at first: several for each wiggle of a coupler curve, which has degree six
+    even: int = 49
+    #: Largest error between two samples [scale]: rows then keep their share to a part in a
+    #: hundred.
+    table_error: float = 2e-3
+    #: Largest step between samples [scale]: a link that turns once is seen in 60 positions.
+    table_step: float = 0.1
+    max_rounds: int = 60  #: most halvings of an interval: a double has 52 bits
+    max_samples: int = 50_000  #: most samples: thirty times those of a curve near a change point
+    #: Speed of a value over its mean speed above which rows stand closer: a crank-rocker has even
+    #: rows.
+    crowding: float = 4.0
+    #: Way below which a value is at rest [scale]: shares of less would be shares of rounding.
+    rest: float = 1e-3
+
+
+SAMPLING = Sampling()
+
 #: Step of the phases at which leading crank and frame are in line, or the crank reverses [rad].
 IN_LINE = 0.5 * np.pi
 #: Distances from there at which samples crowd, down to the root of the rounding of a phase [rad].
 CROWDED = IN_LINE * 4.0 ** -np.arange(2.5, 13.5)
-#: Largest error of the table between two samples [scale]: rows then keep their share to a part in a
-#: hundred.
-TABLE_ERROR = 2e-3
-#: Largest step of the table [scale]: a link that turns once is seen in 60 positions.
-TABLE_STEP = 0.1
 #: Places within an interval at which it is tested: the middle alone would miss a curve that is
 #: symmetric about it.
 INNER = np.array([0.25, 0.5, 0.75])
-#: Most halvings of an interval: a double has 52 bits.
-MAX_ROUNDS = 60
-#: Most samples: thirty times what a curve near a change point takes.
-MAX_SAMPLES = 50_000
-#: Part of its whole way that a value may run between two rows that are even in the phase [steps of
-#: the phase]: a crank-rocker has even rows, a point that runs faster than that has closer ones.
-CROWDING = 4.0
-#: Way below which a value is at rest [scale]: shares of less would be shares of rounding.
-REST = 1e-3
-#: Largest error of a polyline [scale]: a tenth of the width of a line on a card of 360 pixels.
-POLYLINE_ERROR = 8e-5
-#: Part of that error for which intervals are laid out: most then need no halving.
-AIMED = 0.8
-#: Fewest intervals of a polyline: an arc flatter than its error looks smooth all the same.
-MIN_INTERVALS = 16
-#: Rounds in which the least value is enclosed: 8 to the sixth is finer than the root of rounding.
-ROUNDS_OF_LEAST = 6
-#: Samples of such a round.
-SAMPLES_OF_LEAST = 17
+
+
+class Polyline(NamedTuple):
+    """How closely a polyline follows a curve."""
+
+    #: Largest error [scale]: a tenth of the width of a line on a card of 360 pixels.
+    error: float = 8e-5
+    #: part of the error for which intervals are laid out: most then need no halving
+    aimed: float = 0.8
+    #: fewest intervals: an arc flatter than its error looks smooth all the same
+    min_intervals: int = 16
+
+
+POLYLINE = Polyline()
+
+
+class Enclosure(NamedTuple):
+    """How a least value is enclosed."""
+
+    rounds: int = 6  #: rounds: 8 to the sixth is finer than the root of rounding
+    samples: int = 17  #: samples of a round
+
+
+ENCLOSURE = Enclosure()
+
 
 Curve = Callable[[Floats], Complexes]
 #: Values at both ends (j, k) and within (3, j, k) of intervals -> how far each is off, over what is
@@ -81,19 +103,19 @@ class Samples:
     def way(self) -> Floats:
         """Measure in which rows are even, from 0 on, shape (m,).
 
-        It is the share of the parameter, but grows faster where a value runs above `CROWDING` times
-        its mean speed.
+        It is the share of the parameter, but grows faster where a value runs above
+        `SAMPLING.crowding` times its mean speed.
         """
         steps = np.abs(np.diff(self.values, axis=0)) / self.scale
-        shares = steps / np.maximum(steps.sum(0), REST)
+        shares = steps / np.maximum(steps.sum(0), SAMPLING.rest)
         run = np.abs(np.diff(self.at)) / abs(self.at[-1] - self.at[0])
-        return np.append(0.0, np.cumsum(np.maximum(run, shares.max(1) / CROWDING)))
+        return np.append(0.0, np.cumsum(np.maximum(run, shares.max(1) / SAMPLING.crowding)))
 
     def rows(self, share: Floats) -> Floats:
         """Return the parameters at shares (n,) of the way, from 0 to 1.
 
-        Between n even shares no value runs farther than (`CROWDING` + k)/(n - 1) of its whole way,
-        k being the number of values.
+        Between n even shares no value runs farther than (`SAMPLING.crowding` + k)/(n - 1) of its
+        whole way, for k values.
         """
         way = self.way
         return np.asarray(np.interp(share * way[-1], way, self.at))
@@ -125,7 +147,7 @@ class Samples:
 
         return halved(curve, share, lambda a, b, inner: np.abs(inner[1] - 0.5 * (a + b)).max(-1) / error)[0]
 
-    def polyline(self, columns: list[int], error: float = POLYLINE_ERROR) -> Floats:
+    def polyline(self, columns: list[int], error: float = POLYLINE.error) -> Floats:
         """Return the parameters of the vertices of a polyline.
 
         Parameters
@@ -146,8 +168,8 @@ class Samples:
 
         ends = self.values[:, columns] / scale
         off = off_chord(ends[:-1], ends[1:], within(curve, self.at))
-        laid = np.append(0.0, np.cumsum(np.sqrt(np.nan_to_num(off) / (AIMED * error))))
-        count = max(MIN_INTERVALS, int(np.ceil(min(laid[-1], MAX_SAMPLES))))
+        laid = np.append(0.0, np.cumsum(np.sqrt(np.nan_to_num(off) / (POLYLINE.aimed * error))))
+        count = max(POLYLINE.min_intervals, int(np.ceil(min(laid[-1], SAMPLING.max_samples))))
         laid += 1e-3 * np.linspace(0, max(1.0, laid[-1]), len(laid))  # where it is straight
         even = np.interp(np.linspace(0, laid[-1], count + 1), laid, self.at)
         return halved(curve, even, lambda a, b, inner: off_chord(a, b, inner) / error)[0]
@@ -167,7 +189,7 @@ def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) 
     least : float
         Least scale of that kind [length].
     """
-    first = np.linspace(low, high, EVEN)
+    first = np.linspace(low, high, SAMPLING.even)
     lines = IN_LINE * np.arange(np.ceil(min(low, high) / IN_LINE - 1), np.floor(max(low, high) / IN_LINE + 1) + 1)
     near = (lines[:, None] + np.concatenate([-CROWDED, [0.0], CROWDED])).ravel()
     first = np.unique(np.append(first, near[(near > min(low, high)) & (near < max(low, high))]))
@@ -200,12 +222,12 @@ def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
     """
     values = curve(at)
     open_: Mask = np.ones(len(at) - 1, bool)
-    for _ in range(MAX_ROUNDS):
+    for _ in range(SAMPLING.max_rounds):
         some = np.flatnonzero(open_)
         middle = 0.5 * (at[some] + at[some + 1])
         fresh = (middle != at[some]) & (middle != at[some + 1])
         some = some[fresh]
-        if not len(some) or len(at) > MAX_SAMPLES:
+        if not len(some) or len(at) > SAMPLING.max_samples:
             break
         inner = at[some] + np.multiply.outer(INNER, at[some + 1] - at[some])
         within = curve(inner.ravel()).reshape(*inner.shape, -1)
@@ -229,8 +251,8 @@ def lowest(function: Callable[[Floats], Floats], at: Floats, values: Floats) -> 
     least = int(np.nanargmin(values))
     low, high = at[max(least - 1, 0)], at[min(least + 1, len(at) - 1)]
     best = float(values[least])
-    for _ in range(ROUNDS_OF_LEAST):
-        fine = np.linspace(low, high, SAMPLES_OF_LEAST)
+    for _ in range(ENCLOSURE.rounds):
+        fine = np.linspace(low, high, ENCLOSURE.samples)
         seen = function(fine)
         least = int(np.nanargmin(seen))
         best = min(best, float(seen[least]))
@@ -252,8 +274,8 @@ def within(curve: Curve, at: Floats) -> Complexes:
 def _off_table(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
     """Return the error of intervals of the table over what is allowed, shape (j,)."""
     line = a + INNER[:, None, None] * (b - a)
-    off = np.abs(inner - line).max(0) / TABLE_ERROR
-    return np.asarray(np.maximum(off, np.abs(b - a) / TABLE_STEP).max(-1))
+    off = np.abs(inner - line).max(0) / SAMPLING.table_error
+    return np.asarray(np.maximum(off, np.abs(b - a) / SAMPLING.table_step).max(-1))
 
 
 def off_chord(a: Complexes, b: Complexes, inner: Complexes) -> Floats:

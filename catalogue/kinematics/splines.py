@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .sampling import INNER, MAX_ROUNDS, MAX_SAMPLES, REST, Samples, within
+from .sampling import INNER, SAMPLING, Samples, within
 from .types import Complexes, Floats
 
-#: Largest error of a spline [scale]: that of a cubic through 361 even points at a cusp.
-SPLINE_ERROR = 2e-7
-#: Points of a spline at first: paths of answers are then off by less than a thousandth of their
-#: deviation.
-SPLINE_POINTS = 361
-#: Newton steps to the nearest place of a spline: from a quarter of an interval three reach
-#: rounding.
-NEWTON = 4
+
+class SplineOptions(NamedTuple):
+    """How closely a spline follows a curve."""
+
+    error: float = 2e-7  #: largest error [scale]: that of a cubic through 361 even points at a cusp
+    #: Points at first: paths of answers are then off by less than a thousandth of their deviation.
+    points: int = 361
+    #: Newton steps to the foot point: from a quarter of an interval three reach rounding.
+    newton: int = 4
 
 
-def place_points(samples: Samples, column: int, error: float = SPLINE_ERROR) -> tuple[Floats, Floats]:
+SPLINE = SplineOptions()
+
+
+def place_points(samples: Samples, column: int, error: float = SPLINE.error) -> tuple[Floats, Floats]:
     """Place the points of a cubic spline along a value of a curve.
 
     Parameters
@@ -35,16 +39,16 @@ def place_points(samples: Samples, column: int, error: float = SPLINE_ERROR) -> 
     at, knots : ndarray, shape (m,)
         Parameters of the points; parameters of the spline there, from 0 to 1.
     """
-    at = samples.rows(np.linspace(0, 1, SPLINE_POINTS))
+    at = samples.rows(np.linspace(0, 1, SPLINE.points))
 
     def value(at: Floats) -> Complexes:
         return np.asarray(samples.curve(at)[:, [column]] / samples.scale[column])
 
-    for _ in range(MAX_ROUNDS):
+    for _ in range(SAMPLING.max_rounds):
         z = value(at)[:, 0]
         knots = spline_parameters(at, z)
         rough = _off_spline(cubic(knots, z), knots, within(value, at)[..., 0]) > error
-        if not rough.any() or len(at) > MAX_SAMPLES:
+        if not rough.any() or len(at) > SAMPLING.max_samples:
             break
         at = np.sort(np.append(at, 0.5 * (at[:-1] + at[1:])[rough]))
         at = at if samples.at[-1] > samples.at[0] else at[::-1]
@@ -68,7 +72,7 @@ def spline_parameters(at: Floats, z: Complexes) -> Floats:
     in which a sudden motion is smooth.
     """
     run, length = np.abs(np.diff(at)), np.abs(np.diff(z))
-    both = run / run.sum() + length / max(float(length.sum()), REST)
+    both = run / run.sum() + length / max(float(length.sum()), SAMPLING.rest)
     return np.append(0.0, np.cumsum(both) / both.sum())
 
 
@@ -91,7 +95,7 @@ def _off_spline(spline: Any, knots: Floats, inner: Complexes) -> Floats:
     """
     u = knots[:-1] + np.multiply.outer(INNER, np.diff(knots))
     slope, least = spline.derivative(), np.full(u.shape, np.inf)
-    for _ in range(NEWTON):
+    for _ in range(SPLINE.newton):
         (x, y), (dx, dy) = np.moveaxis(spline(u), -1, 0), np.moveaxis(slope(u), -1, 0)
         off, along = inner - (x + 1j * y), dx + 1j * dy
         least = np.minimum(least, np.abs(off))

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..candidates.select import ranks
 from ..candidates.stored import linkages
-from ..curvature_theory.analysis import PARALLEL_SINE
+from ..curvature_theory.analysis import DEGENERATE
 from ..curvature_theory.instant import Instant
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
@@ -91,7 +91,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     if not len(names):
         return together([])
     found = found | {"candidate": np.arange(len(names))}
-    z, pole = found["x"] + 1j * found["y"], np.abs(linkage.sine) >= PARALLEL_SINE
+    z, pole = found["x"] + 1j * found["y"], np.abs(linkage.sine) >= DEGENERATE.parallel_sine
     everything = designs(linkage, z, found["centre"], found["kind"], pole)
     following = order(everything, cells_of(found["kind"], names, found["label"]))
     cells = cells_of(found["kind"], names)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature_theory.analysis import PARALLEL_SINE
+from ..curvature_theory.analysis import DEGENERATE
 from ..guidance.kinds import POINTS, RETURNS, SLOTS, STRAIGHT
 from ..kinematics.batch import join
 from ..kinematics.linkage import Linkage
@@ -72,7 +72,7 @@ def _worth_guiding(linkage: Linkage, pairs: Floats, circle: bool, returns: bool 
     Not a pivot, at a suitable distance (at the pole, to return), on a line or a moderate circle.
     """
     w, w_star = pairs[:, 0, 2], pairs[:, 1, 2]
-    parallel = np.abs(linkage.sine) < PARALLEL_SINE
+    parallel = np.abs(linkage.sine) < DEGENERATE.parallel_sine
     with np.errstate(all="ignore"):
         centre, z = _complex(pairs)
         radius, away = np.abs(z - centre), np.abs(z)

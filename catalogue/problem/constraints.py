@@ -241,7 +241,8 @@ class Constraints:
     def carried(self, scale: complex, shift: complex) -> Constraints:
         """Transform the constraints by z -> scale z + shift, into strokes.
 
-        Bounds are rounded to 12 digits and regions to 12 decimals: results do not depend on the unit.
+        Bounds are rounded to 12 digits and regions to 12 decimals, so that results do not depend on
+        the unit.
 
         Parameters
         ----------

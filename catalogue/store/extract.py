@@ -23,7 +23,9 @@ _TABLES = {
 
 
 def write_extract(database: Database, guides: Iterable[int], file: BinaryIO) -> None:
-    """Write guides, by their numbers: ``guides``, ``pivots``, ``reach`` and ``description``, each a table.
+    """Write guides, by their numbers, to a database of four tables.
+
+    The tables are ``guides``, ``pivots``, ``reach`` and ``description``.
 
     Raises
     ------

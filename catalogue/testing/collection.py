@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import pytest
@@ -15,9 +15,15 @@ from ..collections.results import CollectionCandidate
 from ..collections.spec import LENGTH, Collection, Draw, Specimen
 from ..problem.path import CircularArc, PathRequest, StraightLine
 
-#: Another stroke than that of the specimens, and how far numbers over it may be from the stored
-#: ones.
-STROKE, CLOSE = 250.0, 1e-3
+
+class OtherStroke(NamedTuple):
+    """A stroke unlike that of the specimens."""
+
+    stroke: float = 250.0  #: length [length]
+    close: float = 1e-3  #: relative difference permitted from the stored numbers
+
+
+OTHER = OtherStroke()
 
 
 class CollectionContract:
@@ -66,10 +72,10 @@ class CollectionContract:
         assert len(found) == len(some)
         for s, m in zip(some, found, strict=True):
             assert m.reason == ""
-            assert m.deviation / STROKE == pytest.approx(s.deviation, rel=CLOSE, abs=1e-12)
+            assert m.deviation / OTHER.stroke == pytest.approx(s.deviation, rel=OTHER.close, abs=1e-12)
             for name, metric in self.collection.metrics.items():
-                value = m.metrics[name] / (STROKE if metric.unit == LENGTH else 1)
-                assert value == pytest.approx(s.metrics[name], rel=CLOSE, abs=1e-9), name
+                value = m.metrics[name] / (OTHER.stroke if metric.unit == LENGTH else 1)
+                assert value == pytest.approx(s.metrics[name], rel=OTHER.close, abs=1e-9), name
             assert (m.radius is None) == (kind == "line")
 
     def test_a_given_radius_is_kept(self, family: str) -> None:
@@ -78,11 +84,11 @@ class CollectionContract:
         for best, one in zip(self.collection.measure(some, _wish("circle")), some, strict=True):
             assert best.radius is not None
             for radius in (0.98 * best.radius, 1.05 * best.radius, 3 * best.radius):
-                if 1.9 * radius < STROKE:
+                if 1.9 * radius < OTHER.stroke:
                     continue
-                (given,) = self.collection.measure([one], CircularArc(STROKE, 0.1 * STROKE, radius))
+                (given,) = self.collection.measure([one], CircularArc(OTHER.stroke, 0.1 * OTHER.stroke, radius))
                 assert given.radius == pytest.approx(radius, rel=1e-12)
-                assert given.deviation >= best.deviation * (1 - CLOSE)
+                assert given.deviation >= best.deviation * (1 - OTHER.close)
 
     @pytest.mark.parametrize("kind", ["line", "circle"])
     def test_what_is_laid_stays_where_it_is(self, family: str, kind: str) -> None:
@@ -91,9 +97,9 @@ class CollectionContract:
         again = self.collection.measure([m.parameters for m in laid], _wish(kind))
         for one, other in zip(laid, again, strict=True):
             assert json.dumps(dict(one.parameters), allow_nan=False)
-            assert other.deviation == pytest.approx(one.deviation, rel=CLOSE, abs=1e-12 * STROKE)
+            assert other.deviation == pytest.approx(one.deviation, rel=OTHER.close, abs=1e-12 * OTHER.stroke)
             for a, b in zip(_flat(one.parameters), _flat(other.parameters), strict=True):
-                assert b == pytest.approx(a, rel=1e-6, abs=1e-6 * STROKE)
+                assert b == pytest.approx(a, rel=1e-6, abs=1e-6 * OTHER.stroke)
 
     def test_nothing_is_measured_of_nothing(self) -> None:
         assert list(self.collection.measure([], _wish("line"))) == []
@@ -105,7 +111,7 @@ class CollectionContract:
         tags = self.collection.classify(m.parameters)
         where = tags.family, tags.series, tags.configuration, tags.special
         piece = CollectionCandidate(
-            1, self.collection, *where, STROKE, m.deviation, m.radius, dict(m.metrics), m.parameters
+            1, self.collection, *where, OTHER.stroke, m.deviation, m.radius, dict(m.metrics), m.parameters
         )
         piece.plot(tmp_path / "piece.png")
         assert (tmp_path / "piece.png").read_bytes().startswith(b"\x89PNG")
@@ -117,7 +123,11 @@ def _drawn(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
 
 
 def _wish(kind: str) -> PathRequest:
-    return StraightLine(STROKE, 0.1 * STROKE) if kind == "line" else CircularArc(STROKE, 0.1 * STROKE)
+    return (
+        StraightLine(OTHER.stroke, 0.1 * OTHER.stroke)
+        if kind == "line"
+        else CircularArc(OTHER.stroke, 0.1 * OTHER.stroke)
+    )
 
 
 def _flat(value: object) -> list[float]:

@@ -22,9 +22,10 @@ import numpy as np
 from ..kinematics.types import Array
 
 DIGITS = 100
-#: Positions on each side of the reference position, and their distance: high terms fall by 1e-8
-#: each.
-SIDE, STEP = 5, mp.mpf(10) ** -8
+#: Positions on each side of the reference position.
+SIDE = 5
+#: Their distance: high terms fall by 1e-8 each.
+STEP = mp.mpf(10) ** -8
 #: Where the terms of the Taylor series are weighed against each other, as a part of the linkage.
 NEAR = 0.3
 #: A term below this part of the largest one counts as zero: the pivots are given with 16 digits.

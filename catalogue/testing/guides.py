@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..curvature_theory.instant import Instant
@@ -11,11 +13,17 @@ from .base import Contract, apart, holds, real, whole
 from .contact import EXACT_GAP, contact_order, largest_gap, taylor
 from .sample import Sample, even
 
-#: Pairs nearer than SAME are one pair; principal pairs nearer than DOUBLE have lost half their
-#: digits.
-SAME, DOUBLE = 1e-6, 1e-3
-#: Linkages per label whose contact is measured.
-MEASURED = 4
+
+class GuideTest(NamedTuple):
+    """Which pairs are equal, and how many are measured."""
+
+    same: float = 1e-6  #: largest distance of equal pairs
+    #: the distance for principal pairs, which may have lost half of their digits
+    double: float = 1e-3
+    measured: int = 4  #: linkages per label
+
+
+GUIDE_TEST = GuideTest()
 
 
 class GuidesContract(Contract):
@@ -56,21 +64,23 @@ class GuidesContract(Contract):
         for sample in self.samples(member):
             principal = Instant(sample.linkage).curvature.principal_pairs
             high = [(g, (g.order >= 4) & real(g)) for g in sample.guided]
-            clear = ~(apart(principal[:, 0], principal[:, 1]) < DOUBLE) & np.isfinite(principal).all((1, 2, 3))
+            clear = ~(apart(principal[:, 0], principal[:, 1]) < GUIDE_TEST.double) & np.isfinite(principal).all(
+                (1, 2, 3)
+            )
             known = [np.where(there[:, None, None], g.pairs, np.nan) for g, there in high]
             for j in (0, 1):
                 near = [apart(principal[:, j], pairs) for pairs in (*known, sample.pivots[:, 0], sample.pivots[:, 1])]
                 text = "no guided element of order 4 or more stands there; check where you give NaN"
-                found = ~clear | (np.fmin.reduce(near) < SAME)
+                found = ~clear | (np.fmin.reduce(near) < GUIDE_TEST.same)
                 holds(sample, found, "the principal pair {} is real, but " + text, principal[:, j].tolist())
             for g, there in high:
                 near = [apart(principal[:, j], g.pairs) for j in (0, 1)]
-                alien = clear & there & (g.order != EXACT) & ~(np.fmin.reduce(near) < SAME)
+                alien = clear & there & (g.order != EXACT) & ~(np.fmin.reduce(near) < GUIDE_TEST.same)
                 holds(sample, ~alien, f"{g.label} is no principal pair of the instant")
 
 
 def _measured(sample: Sample) -> dict[int, list[Guided]]:
     """Choose the guided elements to measure: each at its first real places, by linkage."""
     finite = [(g, real(g)) for g in sample.guided]
-    numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[:MEASURED]})
+    numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[: GUIDE_TEST.measured]})
     return {i: [g for g, there in finite if there[i]] for i in numbers}

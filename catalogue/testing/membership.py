@@ -18,8 +18,9 @@ FRAME = 1e-6
 
 
 class MembershipContract(Contract):
-    """Synthesised linkages are members in any frame and batch; their inverses are of the inverse
-    series.
+    """Synthesised linkages are members in any frame and batch.
+
+    Their inverses are members of the inverse series.
     """
 
     def test_linkages_are_members(self, member: Member) -> None:

@@ -24,7 +24,7 @@ from catalogue.curvature_theory.leading_error import (
     path_singularity,
 )
 from catalogue.curvature_theory.leading_error import EXACT as EXACT_SERIES
-from catalogue.curvature_theory.taylor import BLOCK
+from catalogue.curvature_theory.taylor import CHART_CHOICE
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.trace import extended, trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, Linkage
@@ -674,10 +674,10 @@ def test_coefficients_follow_similarities(
 
 
 def test_a_batch_is_its_linkages(random_linkages: Maker) -> None:
-    linkage = random_linkages("inverted-slider-crank", BLOCK + 30, 2)
+    linkage = random_linkages("inverted-slider-crank", CHART_CHOICE.block + 30, 2)
     z = np.random.default_rng(1).normal(size=(len(linkage), 2)) @ np.array([1, 1j])
     found = leading_error(linkage, z, circle=True)
-    for i in (0, BLOCK - 1, BLOCK, BLOCK + 29):
+    for i in (0, CHART_CHOICE.block - 1, CHART_CHOICE.block, CHART_CHOICE.block + 29):
         alone = leading_error(linkage[i], z[i : i + 1], circle=True)
         np.testing.assert_allclose(found[i : i + 1].coefficient, alone.coefficient, rtol=1e-12)
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from catalogue.curvature_theory.analysis import DEAD_POINT, PARALLEL, PARALLEL_SINE, REGULAR, Curvature, curvature
+from catalogue.curvature_theory.analysis import DEAD_POINT, DEGENERATE, PARALLEL, REGULAR, Curvature, curvature
 from catalogue.curvature_theory.configuration import configuration
 from catalogue.curvature_theory.dead_points import dead_points
 from catalogue.curvature_theory.finite_pole import finite_pole, noise
@@ -720,7 +720,7 @@ def line(one: Any, other: Array) -> Any:
 def test_pairs_of_nearly_parallel_cranks_are_good_on_both_sides_of_the_threshold(factor: float) -> None:
     linkage = parallel(RR, SEED, 40)
     z = linkage.points.copy()
-    z[:, 1, 1] = z[:, 1, 0] + (z[:, 1, 1] - z[:, 1, 0]) * np.exp(1j * factor * PARALLEL_SINE)
+    z[:, 1, 1] = z[:, 1, 0] + (z[:, 1, 1] - z[:, 1, 0]) * np.exp(1j * factor * DEGENERATE.parallel_sine)
     linkage = Linkage(np.stack([z.real, z.imag, np.ones_like(z.real)], axis=-1))
     instant = curvature(linkage)
     assert (instant.state == (PARALLEL if factor < 1 else REGULAR)).all()

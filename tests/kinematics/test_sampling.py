@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.kinematics.sampling import IN_LINE, POLYLINE_ERROR, Samples, lowest, resolved
-from catalogue.kinematics.splines import SPLINE_ERROR, cubic, place_points
+from catalogue.kinematics.sampling import IN_LINE, POLYLINE, Samples, lowest, resolved
+from catalogue.kinematics.splines import SPLINE, cubic, place_points
 from tests.curves import nearest, off_spline
 
 Array = Any
@@ -41,10 +41,10 @@ def test_polyline_and_spline_keep_their_errors(width: float) -> None:
     s = IN_LINE + width * np.tan(0.5 * (turn - np.pi))
     true = samples.curve(s[(s > 0) & (s < 6)])[:, 0]
     scale = samples.scale[0]
-    assert nearest(true, samples.curve(samples.polyline([0]))[:, 0]).max() < POLYLINE_ERROR * scale
+    assert nearest(true, samples.curve(samples.polyline([0]))[:, 0]).max() < POLYLINE.error * scale
     at, knots = place_points(samples, 0)
     spline = cubic(knots, samples.curve(at)[:, 0])
-    assert off_spline(3, spline.t, spline.c @ [1, 1j], true) < 1.5 * SPLINE_ERROR * scale
+    assert off_spline(3, spline.t, spline.c @ [1, 1j], true) < 1.5 * SPLINE.error * scale
 
 
 @pytest.mark.parametrize("width", [1.0, 1e-2, 1e-4, 1e-6])

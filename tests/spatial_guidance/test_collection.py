@@ -268,7 +268,7 @@ def running_straight(modules: SimpleNamespace, at: Any, way: Any, size: float) -
     """Return poses of bodies that turn to and fro about z while one point of each, `at` (n, 3), runs straight on, in
     directions `way` (n,) of the plane z = 0."""
     along = np.stack([way.real, way.imag, 0 * way.real], axis=1)
-    share = np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    share = np.linspace(-1, 1, modules.straightest_point.POINT_SEARCH.whole + 1)
     turn = np.repeat(about_z(0.4 * np.sin(3 * share))[None], len(way), axis=0)
     return turn, size * share[:, None] * along[:, None] - np.einsum("nkij,nj->nki", turn, at)
 
@@ -278,7 +278,7 @@ def test_a_point_that_is_found_is_as_straight_as_is_said_and_no_other_of_a_grid_
     modules: SimpleNamespace,
 ) -> None:
     sought, rng = modules.straightest_point, np.random.default_rng(5)
-    n, size, share = 3, 2.0, np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    n, size, share = 3, 2.0, np.linspace(-1, 1, modules.straightest_point.POINT_SEARCH.whole + 1)
     turn = np.array([[rotation([1, *(s * axis)]) for s in share] for axis in rng.normal(size=(n, 3))])
     shift = np.array([np.polynomial.polynomial.polyval(share, c).T for c in rng.normal(size=(n, 4, 3))])
     none, flat = np.full((n, 1, 3), np.nan), np.zeros(n, bool)
@@ -288,13 +288,19 @@ def test_a_point_that_is_found_is_as_straight_as_is_said_and_no_other_of_a_grid_
         for (length, every), (point, first, value) in zip(sought.WINDOWS, found, strict=True):
             for k in range(n):
 
-                def off(z: Any, begin: int, k: int = k, step: int = length // sought.PART, gap: Any = gap) -> float:
-                    nodes = begin + step * np.arange(sought.PART + 1)
+                def off(
+                    z: Any, begin: int, k: int = k, step: int = length // sought.POINT_SEARCH.part, gap: Any = gap
+                ) -> float:
+                    nodes = begin + step * np.arange(sought.POINT_SEARCH.part + 1)
                     x = shift[k, nodes] + turn[k, nodes] @ z
-                    return float(gap(x)) if np.linalg.norm(x[-1] - x[0]) > sought.LEAST * size else np.inf
+                    return (
+                        float(gap(x))
+                        if np.linalg.norm(x[-1] - x[0]) > sought.POINT_SEARCH.least_stroke * size
+                        else np.inf
+                    )
 
                 assert value[k] == pytest.approx(off(point[k], first[k]), rel=1e-9)
-                tried = [off(z, f) for z in grid for f in range(0, sought.WHOLE - length + 1, every)]
+                tried = [off(z, f) for z in grid for f in range(0, sought.POINT_SEARCH.whole - length + 1, every)]
                 assert value[k] <= min(tried) * (1 + 1e-12)
 
 
@@ -308,9 +314,9 @@ def test_a_point_that_is_found_keeps_clear_of_those_that_guides_lead(modules: Si
         for point, _, value in found:
             away = np.linalg.norm((point - led)[:, : 2 if flat else 3], axis=1)
             assert np.isfinite(value).all()
-            assert (away >= sought.CLEAR * size * (1 - 1e-12)).all()
+            assert (away >= sought.POINT_SEARCH.clearance * size * (1 - 1e-12)).all()
             if flat:
-                assert away.max() < 1.02 * sought.CLEAR * size
+                assert away.max() < 1.02 * sought.POINT_SEARCH.clearance * size
             else:
                 assert value.max() < 1e-6
 
@@ -323,8 +329,8 @@ def test_a_point_that_is_found_is_not_far_from_the_body(modules: SimpleNamespace
     none, flat = np.full((8, 1, 3), np.nan), np.ones(8, bool)
     for point, _, _ in sought.best(turn, shift, "line", np.zeros((8, 3)), np.full(8, size), none, flat):
         away = np.linalg.norm(point, axis=1)
-        assert (away <= sought.FAR * size).all()
-        assert away.max() > 0.9 * sought.FAR * size
+        assert (away <= sought.POINT_SEARCH.farthest * size).all()
+        assert away.max() > 0.9 * sought.POINT_SEARCH.farthest * size
 
 
 # -- classes ----------------------------------------------------------------------------------------------------------
@@ -429,7 +435,7 @@ def test_what_is_larger_over_its_stroke_than_is_stored_is_left_out(
     every = COLLECTION.draw("III", np.random.default_rng(3), 4)
     sizes = sorted(one.metrics["size"] for one in every)
     most = sizes[len(sizes) // 2]
-    monkeypatch.setattr(modules.draw, "SIZE", most)
+    monkeypatch.setattr(modules.draw, "DRAWING", modules.draw.DRAWING._replace(size=most))
     fewer = COLLECTION.draw("III", np.random.default_rng(3), 4)
     assert sorted(one.metrics["size"] for one in fewer) == [size for size in sizes if size <= most]
 

@@ -9,6 +9,8 @@ freedom left.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from catalogue.plugin import LENGTH, Array, Specimen
@@ -18,7 +20,7 @@ from .classification import classify
 from .measures import METRICS, Motion, fitted, known, numbers, run
 from .minimum_zone import unit
 from .plain_data import Strokes, plain
-from .straightest_point import GAPS, WHOLE, WINDOWS, best
+from .straightest_point import GAPS, POINT_SEARCH, WINDOWS, best
 
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
@@ -36,13 +38,15 @@ KNOWN: dict[str, tuple[tuple[str, ...], ...]] = {
     "I": (("sphere",) * 5, ("sphere", "sphere", "sphere", "plane", "plane"), ("cylinder",) * 5),
     "II": (("circle", "sphere", "sphere", "sphere"), ("circle", "plane", "plane", "plane")),
     "III": (
-        ("circle", "circle", "cylinder"), ("circle", "circle", "sphere"), ("circle", "circle", "plane"),
+        ("circle", "circle", "cylinder"),
+        ("circle", "circle", "sphere"),
+        ("circle", "circle", "plane"),
         ("circle", "line", "plane"),
     ),
     "IV": (("sphere",) * 4, ("sphere", "sphere", "plane", "plane")),
     "V": (("circle", "sphere", "sphere"), ("circle", "plane", "plane")),
     "VI": (("sphere",) * 3, ("plane",) * 3),
-}  # fmt: skip
+}
 #: Points that coincide with an earlier one: (later, earlier), by the series that this makes.
 COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
     "I": {"1.11111": (), "1.2111": ((2, 1),), "1.221": ((2, 1), (4, 3)), "1.311": ((2, 1), (3, 1))},
@@ -52,14 +56,21 @@ COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
     "V": {"2.211": ()},
     "VI": {"3.111": ()},
 }
-#: How far the first driver may go either way [rad], and what part of a motion is left out before it
-#: ends.
-FAR, MARGIN = 2.5, 0.04
-#: What is stored: at most this deviation over the stroke, condition, size over the stroke.
-DEVIATION, CONDITION, SIZE = 0.05, 1000.0, 30.0
-#: Deviation over the stroke below which a point is, or is about to become, one that a guide leads
-#: exactly.
-TRIVIAL = 1e-6
+
+
+class Drawing(NamedTuple):
+    """How mechanisms are driven, and which strokes are stored."""
+
+    farthest: float = 2.5  #: range of the first driver either way [rad]
+    margin: float = 0.04  #: part of a motion that is left out at either end
+    deviation: float = 0.05  #: largest deviation [strokes]
+    condition: float = 1000.0  #: largest condition number of the position equations
+    size: float = 30.0  #: largest size [strokes]
+    #: Deviation up to which a guide leads the point exactly, or nearly so [strokes].
+    trivial: float = 1e-6
+
+
+DRAWING = Drawing()
 
 
 def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
@@ -71,11 +82,11 @@ def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
     ratio = np.concatenate([np.ones((count, 1)), rng.uniform(-1, 1, (count, m.freedom - 1))], axis=1)
     q = np.stack([at[:, i, "uw".index(k)] for i, k in m.drivers], axis=1)
     both = np.tile(np.arange(count), 2)
-    direction = np.repeat([-FAR, FAR], count)
+    direction = np.repeat([-DRAWING.farthest, DRAWING.farthest], count)
     moved = follow(m[both], np.stack([q[both], q[both] + direction[:, None] * ratio[both]], axis=1), at[both])
     low, high = (direction * moved.end).reshape(2, count)
     sound = (moved.reached > 0).reshape(2, count).all(0)
-    margin = MARGIN * (high - low)
+    margin = DRAWING.margin * (high - low)
     low, high = low + margin, high - margin
     sound &= (high - low > 0.2) & (low < 0) & (high > 0)
     m, at, flat, q, ratio = m[sound], at[sound], flat[sound], q[sound], ratio[sound]
@@ -83,13 +94,13 @@ def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
     if not len(low):
         return []
     back = follow(m, np.stack([q, q + low[:, None] * ratio], axis=1), at)
-    share = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, WHOLE + 1)
+    share = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, POINT_SEARCH.whole + 1)
     path = q[:, None] + share[:, :, None] * ratio[:, None]
     moved = follow(m, path, back.node(1))
     whole = np.flatnonzero(moved.reason == "")
     if not len(whole):
         return []
-    positions = moved.positions[(whole[:, None] * (WHOLE + 1) + np.arange(WHOLE + 1)).ravel()]
+    positions = moved.positions[(whole[:, None] * (POINT_SEARCH.whole + 1) + np.arange(POINT_SEARCH.whole + 1)).ravel()]
     return _specimens(m[whole], path[whole], positions, flat[whole])
 
 
@@ -101,10 +112,10 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
     for circles, kind in enumerate(GAPS):
         tried = best(rotation, translation, kind, m.body.mean(1), m.diameter, led(m, kind), flat)
         for (length, _), (point, first, gap) in zip(WINDOWS, tried, strict=True):
-            good = np.flatnonzero(gap < 2 * DEVIATION)
+            good = np.flatnonzero(gap < 2 * DRAWING.deviation)
             found.append((good, point[good], first[good], first[good] + length, np.full(len(good), circles)))
     index, point, first, last, circles_ = (np.concatenate(column) for column in zip(*found, strict=True))
-    coordinates = positions.coordinates.reshape(n, WHOLE + 1, -1, 2)
+    coordinates = positions.coordinates.reshape(n, POINT_SEARCH.whole + 1, -1, 2)
     ends = np.stack([path[index, first], path[index, last]], axis=1)
     given = Strokes(m[index], ends, coordinates[index, first], point)
     motion = run(given)
@@ -124,8 +135,13 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
     fit = fitted(motion, kind)
     values = numbers(given, motion, fit)
     relative = (fit.deviation + motion.missed) / fit.stroke
-    fair = (relative > TRIVIAL) & (relative <= DEVIATION) & (values["condition"] <= CONDITION) & known(motion, fit)
-    fair &= (values["size"] <= SIZE * fit.stroke) & (values["uniformity"] > 0)
+    fair = (
+        (relative > DRAWING.trivial)
+        & (relative <= DRAWING.deviation)
+        & (values["condition"] <= DRAWING.condition)
+        & known(motion, fit)
+    )
+    fair &= (values["size"] <= DRAWING.size * fit.stroke) & (values["uniformity"] > 0)
     keep = np.flatnonzero(fair)
     if not len(keep):
         return []

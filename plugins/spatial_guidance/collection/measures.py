@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,11 +19,18 @@ from catalogue.spatial import follow, matrix
 from .minimum_zone import Fit, circle, line, unit
 from .plain_data import Strokes, alike, plain, strokes
 
-#: Intervals between the nodes of a stroke; there are four times as many between the points that are
-#: looked at.
-NODES = 48
-#: Part of the deviation, and of the stroke, that the interpolant may miss.
-MISSED, ROUNDING = 1e-3, 1e-11
+
+class Resolution(NamedTuple):
+    """How finely a stroke is followed."""
+
+    #: Intervals between the nodes; a quarter of those between the points that are evaluated.
+    nodes: int = 48
+    missed: float = 1e-3  #: permitted error of the interpolant [deviations]
+    rounding: float = 1e-11  #: permitted error by rounding [strokes]
+
+
+RESOLUTION = Resolution()
+
 
 METRICS = {
     "range": Metric(
@@ -67,7 +74,7 @@ class Motion:
 
 def run(given: Strokes) -> Motion:
     """Follow the strokes from end to end, in diameters of the body."""
-    n, at, size = len(given), grid(NODES), given.mechanisms.diameter
+    n, at, size = len(given), grid(RESOLUTION.nodes), given.mechanisms.diameter
     given = given.moved(1 / size, np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)))
     share = 0.5 * (1 + at.nodes)[:, None]
     drivers = given.path[:, :1] + share * (given.path[:, 1:] - given.path[:, :1])
@@ -81,9 +88,13 @@ def run(given: Strokes) -> Motion:
     with np.errstate(all="ignore"):
         worst = np.nanmax(np.where(s.success, s.condition, np.nan).reshape(n, -1), axis=1, initial=0)
     return Motion(
-        moved.reason, turn, long * s.points.reshape(n, NODES + 1, -1, 3), worst, long[..., 0] * fine,
+        moved.reason,
+        turn,
+        long * s.points.reshape(n, RESOLUTION.nodes + 1, -1, 3),
+        worst,
+        long[..., 0] * fine,
         size * np.abs(ends).sum(1).max(1),
-    )  # fmt: skip
+    )
 
 
 def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
@@ -96,7 +107,7 @@ def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
 
 def known(motion: Motion, fit: Fit) -> Array:
     """Return where the nodes determine the path well enough, shape (n,)."""
-    return np.asarray(motion.missed <= MISSED * fit.deviation + ROUNDING * fit.stroke)
+    return np.asarray(motion.missed <= RESOLUTION.missed * fit.deviation + RESOLUTION.rounding * fit.stroke)
 
 
 def numbers(given: Strokes, motion: Motion, fit: Fit) -> dict[str, Array]:

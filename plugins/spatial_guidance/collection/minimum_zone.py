@@ -14,16 +14,24 @@ the least maximum (duality) and bounds the error of the result.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from catalogue.plugin import Array
 
-#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many
-#: steps: in the last frame and in those before it.
-TIGHT, LOOSE, STEPS = 1e-3, 0.01, 400
-#: Frames of a line and of a circle that are tried one after the other.
-LINE, CIRCLE = 3, 4
+
+class Lawson(NamedTuple):
+    """How far Lawson's iteration goes."""
+
+    tight: float = 1e-3  #: gap between modulus and lower bound in the last frame
+    loose: float = 0.01  #: the gap in the frames before it
+    steps: int = 400  #: most steps
+    line_frames: int = 3  #: frames of a line, one after the other
+    circle_frames: int = 4  #: frames of a circle
+
+
+LAWSON = Lawson()
 
 
 @dataclass(frozen=True)
@@ -65,12 +73,14 @@ def line(x: Array, side: Array | None = None) -> Fit:
     `side` (n, 3) directs the second axis.
     """
     origin, along = x.mean(1), unit(x[:, -1] - x[:, 0])
-    for last in [False] * (LINE - 1) + [True]:
+    for last in [False] * (LAWSON.line_frames - 1) + [True]:
         axes = frame(along, across(along) if side is None else side - origin)
         s, *distance = np.moveaxis((x - origin[:, None]) @ np.swapaxes(axes, 1, 2), 2, 0)
         half = np.abs(s).max(1)
         basis = np.stack([np.ones_like(s), s / half[:, None]], axis=1)
-        c, bound = lawson(np.stack(distance, axis=1), np.stack([basis, basis], axis=1), TIGHT if last else LOOSE)
+        c, bound = lawson(
+            np.stack(distance, axis=1), np.stack([basis, basis], axis=1), LAWSON.tight if last else LAWSON.loose
+        )
         move = c[:, :, 0, None] * axes[:, 1:]
         tilt = (c[:, :, 1] / half[:, None])[:, :, None] * axes[:, 1:]
         origin, along = origin + move.sum(1), unit(along + tilt.sum(1))
@@ -93,7 +103,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             centre = centre + (1 - radius / r)[:, None] * (middle - centre)
             r = radius
         bound = np.full(len(x), np.nan)
-        for final in [False] * (CIRCLE - 1) + [True]:
+        for final in [False] * (LAWSON.circle_frames - 1) + [True]:
             rho, h, cos, sin, axes = _about(x, centre, normal, middle)
             ones, wide = np.ones_like(cos), np.maximum(np.abs(sin).max(1), 1e-12)[:, None]
             high = np.maximum((1 - cos).max(1), 1e-24)[:, None]
@@ -102,7 +112,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             if radius is not None:  # the radius stays: no constant, but the cosine itself
                 radial[:, 0], radial[:, 2] = cos, 0
             off = np.stack([rho - r[:, None], h], axis=1)
-            c, bound = lawson(off, np.stack([radial, basis], axis=1), TIGHT if final else LOOSE)
+            c, bound = lawson(off, np.stack([radial, basis], axis=1), LAWSON.tight if final else LAWSON.loose)
             a, b = c[:, 0], c[:, 1]
             side = a[:, 0] if radius is not None else -a[:, 2] / high[:, 0]
             if radius is None:
@@ -115,9 +125,15 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
         chord = last - first
         along = unit(chord)
         return Fit(
-            np.hypot(rho - r[:, None], h).max(1), bound, np.sqrt((chord**2).sum(1)), r, first,
-            frame(along, middle - centre), centre, normal,
-        )  # fmt: skip
+            np.hypot(rho - r[:, None], h).max(1),
+            bound,
+            np.sqrt((chord**2).sum(1)),
+            r,
+            first,
+            frame(along, middle - centre),
+            centre,
+            normal,
+        )
 
 
 def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
@@ -141,7 +157,7 @@ def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
     scale, eye = np.abs(values).max((1, 2)), np.eye(basis.shape[2])
     who = np.flatnonzero(np.isfinite(values).all((1, 2)) & np.isfinite(basis).all((1, 2, 3)))
     kept[np.setdiff1d(np.arange(n), who)] = np.nan
-    for _ in range(STEPS):
+    for _ in range(LAWSON.steps):
         y, f, w = values[who], basis[who], weight[who]
         weighted = f * w[:, None, None]
         normal = weighted @ np.swapaxes(f, 2, 3)

@@ -7,7 +7,7 @@ point.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,17 +21,27 @@ from .plain_data import Strokes, strokes
 if TYPE_CHECKING:
     from catalogue.plugin import CollectionCandidate
 
-#: Nodes of the motion that is drawn.
-NODES = 41
-#: Points of a patch along each of its coordinates.
-MESH = 25
-#: How far a patch goes beyond what its point passes [rad; diameters of the drawing].
-BEYOND, FURTHER = 0.35, 0.12
-#: How far the nominal goes beyond the ends of the path, in its length.
-LONGER = 0.15
-#: Where it is seen from [deg].
-ELEVATION, AZIMUTHS = 24, range(-100, 101, 5)
-INK, BODY, PATH, CURVE = "#222222", "#2f5d8a", "#b5342b", "#3d7a4e"
+
+class View(NamedTuple):
+    """Extent and resolution of a drawing."""
+
+    nodes: int = 41  #: nodes of the motion
+    mesh: int = 25  #: points of a patch along each coordinate
+    beyond: float = 0.35  #: angle of a patch beyond the path of its point [rad]
+    further: float = 0.12  #: length of a patch beyond the path of its point [sizes of the drawing]
+    longer: float = 0.15  #: length of the nominal beyond either end of the path [paths]
+
+
+VIEW = View()
+
+#: Height of the point of view [deg].
+ELEVATION = 24
+#: Directions of view that are tried [deg].
+AZIMUTHS = range(-100, 101, 5)
+INK = "#222222"
+BODY = "#2f5d8a"
+PATH = "#b5342b"
+CURVE = "#3d7a4e"
 SURFACES = ("#c9a227", "#8a6fb0", "#5b9aa0", "#c07a4a", "#7d9b5a")
 
 
@@ -55,7 +65,7 @@ def picture(piece: CollectionCandidate, file: Path | None) -> Any:
 
     ax: Any = figure.add_axes((0.0, 0.0, 1.0, 0.92), projection=Axes3D.name, computed_zorder=False)
     given = strokes([piece.parameters])
-    share = np.linspace(0, 1, NODES)[:, None]
+    share = np.linspace(0, 1, VIEW.nodes)[:, None]
     path = given.path[0, 0] + share * (given.path[0, 1] - given.path[0, 0])
     moved = follow(given.mechanisms, path[None], given.start).positions
     turn = np.moveaxis(matrix(moved.quaternion.T), 2, 0)
@@ -64,8 +74,8 @@ def picture(piece: CollectionCandidate, file: Path | None) -> Any:
     low, high = cloud.min(0), cloud.max(0)
     size = float(np.sqrt(((high - low) ** 2).sum()))
     _guides(ax, given, moved.coordinates, size)
-    middle = NODES // 2
-    for node, alpha in ((0, 0.25), (NODES - 1, 0.25), (middle, 1.0)):
+    middle = VIEW.nodes // 2
+    for node, alpha in ((0, 0.25), (VIEW.nodes - 1, 0.25), (middle, 1.0)):
         _body(ax, moved.points[node], guided[node], alpha)
     motion = run(given)
     fit = fitted(motion, "line") if piece.radius is None else fitted(motion, "circle", np.array([piece.radius]))
@@ -101,8 +111,8 @@ def _guides(ax: Any, given: Strokes, coordinates: Array, size: float) -> None:
             sides = [_reach(_unbroken(passed[:, axis], kind, axis), kind, axis, size) for axis in (0, 1)]
             if kind.name == "plane":  # its chart has a pole: a rectangle looks better than a sector
                 sides, kind = _rectangle(passed, size)
-            u, w = (v.ravel() for v in np.meshgrid(*(np.linspace(*e, MESH) for e in sides)))
-            x = (origin[:, None] + frame @ _points(kind, u, w, p)).reshape(3, MESH, MESH)
+            u, w = (v.ravel() for v in np.meshgrid(*(np.linspace(*e, VIEW.mesh) for e in sides)))
+            x = (origin[:, None] + frame @ _points(kind, u, w, p)).reshape(3, VIEW.mesh, VIEW.mesh)
             ax.plot_surface(*x, color=next(colours), alpha=0.28, lw=0, shade=True, zorder=1)
             ax.plot_wireframe(*x, color=INK, alpha=0.12, lw=0.4, rcount=9, ccount=9, zorder=2)
 
@@ -134,7 +144,7 @@ def _unbroken(values: Array, kind: Kind, axis: int) -> Array:
 
 
 def _reach(values: Array, kind: Kind, axis: int, size: float) -> tuple[float, float]:
-    more = FURTHER * size if "uw"[axis] in kind.lengths else BEYOND
+    more = VIEW.further * size if "uw"[axis] in kind.lengths else VIEW.beyond
     return float(values.min() - more), float(values.max() + more)
 
 
@@ -164,7 +174,7 @@ def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
 
 def _nominal(ax: Any, fit: Fit, path: Array) -> None:
     """Draw the nominal line or circle of a path (f, 3), somewhat beyond its ends."""
-    share = np.linspace(-LONGER, 1 + LONGER, 80)[:, None]
+    share = np.linspace(-VIEW.longer, 1 + VIEW.longer, 80)[:, None]
     if np.isfinite(fit.radius[0]):
         centre, normal, radius = fit.centre[0], fit.normal[0], fit.radius[0]
         out = path - centre

@@ -9,7 +9,7 @@ of its drive.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,15 +21,24 @@ from .minimum_zone import Fit
 from .plain_data import alike, strokes
 
 Parameters = Mapping[str, Any]
-#: Steps at most; a step that takes away less than this part of the deviation is the last.
-STEPS, LITTLE = 8, 0.03
-#: Displacement for differences, and the farthest of a step, in diameters of the body; dampings
-#: tried at once.
-STEP, FARTHEST, DAMPING = 1e-6, 0.3, 10.0 ** np.arange(-8, 1)
-#: What may become of the size, the condition, and the range of the drive, over what they were.
-SIZE, CONDITION, RANGE = 1.05, 2.0, 0.9
-#: Deviation over the stroke below which there is nothing to gain.
-EXACT = 1e-9
+
+
+class Descent(NamedTuple):
+    """Steps of the refinement, and what a refined mechanism must keep."""
+
+    steps: int = 8  #: most steps
+    little: float = 0.03  #: relative reduction of the deviation below which a step is the last
+    difference: float = 1e-6  #: displacement for differences [sizes of the body]
+    farthest: float = 0.3  #: longest displacement of a step [sizes of the body]
+    size: float = 1.05  #: largest size over the first
+    condition: float = 2.0  #: largest condition number over the first
+    range: float = 0.9  #: least range of the drive over the first
+    exact: float = 1e-9  #: deviation below which there is nothing to gain [strokes]
+
+
+DESCENT = Descent()
+#: Dampings tried at once.
+DAMPINGS = 10.0 ** np.arange(-8, 1)
 
 
 def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Parameters]:
@@ -48,8 +57,8 @@ def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
     motion = run(strokes(given))
     # Points go where their guides go, so that the pose in which the stroke begins stays what it is.
     turns, sizes = motion.rotation[:, 0], strokes(given).mechanisms.diameter
-    open_ = [i for i, m in enumerate(first) if not m.reason and m.deviation > EXACT * request.stroke]
-    for _ in range(STEPS):
+    open_ = [i for i, m in enumerate(first) if not m.reason and m.deviation > DESCENT.exact * request.stroke]
+    for _ in range(DESCENT.steps):
         if not open_:
             break
         tried = _tried([(now[i], turns[i], float(sizes[i])) for i in open_], request)
@@ -60,7 +69,7 @@ def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
             if better:
                 before = best[i].deviation
                 best[i], now[i] = min(better, key=lambda pair: pair[0].deviation)
-                if EXACT * request.stroke < best[i].deviation <= (1 - LITTLE) * before:
+                if DESCENT.exact * request.stroke < best[i].deviation <= (1 - DESCENT.little) * before:
                     going.append(i)
         open_ = going
     return now
@@ -72,9 +81,9 @@ def _keeps(m: Measured, first: Measured) -> bool:
         return False
     now, then = m.metrics, first.metrics
     return (
-        now["size"] <= SIZE * then["size"]
-        and now["condition"] <= CONDITION * then["condition"]
-        and now["range"] >= RANGE * then["range"]
+        now["size"] <= DESCENT.size * then["size"]
+        and now["condition"] <= DESCENT.condition * then["condition"]
+        and now["range"] >= DESCENT.range * then["range"]
     )
 
 
@@ -92,14 +101,16 @@ def _tried(
     varied, counts = [], []
     for p, turn, size in given:
         count = 3 * len(_groups(p)) + 4
-        varied += [_moved(p, v, turn, size) for v in np.concatenate([np.zeros((1, count)), STEP * np.eye(count)])]
+        varied += [
+            _moved(p, v, turn, size) for v in np.concatenate([np.zeros((1, count)), DESCENT.difference * np.eye(count)])
+        ]
         counts.append(count + 1)
     motion = run(strokes(varied))
     near: list[list[Parameters]] = []
     for one, end, (p, turn, size) in zip(counts, np.cumsum(counts), given, strict=True):
         own = motion[end - one : end]
         steps = _steps(own, request) if (own.reason == "").all() else []
-        near.append([_moved(p, step, turn, size) for step in steps if np.abs(step).max() < FARTHEST])
+        near.append([_moved(p, step, turn, size) for step in steps if np.abs(step).max() < DESCENT.farthest])
     every = [p for some in near for p in some]
     measured = iter(measure(every, request) if every else [])
     return [[(next(measured), p) for p in some] for some in near]
@@ -109,8 +120,8 @@ def _steps(motion: Motion, request: PathRequest) -> list[Array]:
     """Compute the step of each damping from differences of the motion by each variable."""
     chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
     off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))
-    u, s, v = np.linalg.svd(((off[1:] - off[0]) / STEP).T, full_matrices=False)
-    return [-(v.T * (s / (s * s + (d * s[0]) ** 2))) @ (u.T @ off[0]) for d in DAMPING]
+    u, s, v = np.linalg.svd(((off[1:] - off[0]) / DESCENT.difference).T, full_matrices=False)
+    return [-(v.T * (s / (s * s + (d * s[0]) ** 2))) @ (u.T @ off[0]) for d in DAMPINGS]
 
 
 def _off(path: Array, fit: Fit) -> Array:

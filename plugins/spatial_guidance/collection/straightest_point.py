@@ -7,6 +7,7 @@ all windows of the motion at once; a compass search moves the best of each lengt
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,20 +15,28 @@ from catalogue.plugin import Array
 
 from .minimum_zone import through
 
-#: Nodes of the motion less one, and nodes of a window less one.
-WHOLE, PART = 48, 12
+
+class PointSearch(NamedTuple):
+    """Trial points of a body and windows of its motion."""
+
+    whole: int = 48  #: intervals between the poses of the motion
+    part: int = 12  #: intervals of a window that are read
+    side: int = 5  #: points of the grid along each axis
+    width: float = 2.0  #: width of the grid [sizes of the body]
+    farthest: float = 2.0  #: largest distance of a point from the middle [sizes of the body]
+    steps: int = 48  #: steps of the compass search; one without gain halves the length
+    least_stroke: float = 0.1  #: least stroke [sizes of the body]
+    flattest: float = 0.25  #: least stroke over radius
+    fullest: float = 1.8  #: largest stroke over radius
+    #: Least distance from a point that a guide leads exactly [sizes of the body]: a nearer one
+    #: would need a slide or a crank only.
+    clearance: float = 0.25
+
+
+POINT_SEARCH = PointSearch()
+
 #: Length of windows in nodes, and the distance between their beginnings.
 WINDOWS = ((48, 48), (24, 6), (12, 6))
-#: Points of the grid along each axis, its width, and how far from the middle a point may be
-#: [diameters of the body].
-SIDE, REACH, FAR = 5, 2.0, 2.0
-#: Steps of the compass search; a step that brings nothing is halved.
-COMPASS = 48
-#: Least stroke [diameters of the body], least and largest stroke over radius.
-LEAST, FLAT, FULL = 0.1, 0.25, 1.8
-#: How near to a point that a guide leads exactly a point may be [diameters of the body]: it would
-#: be a slide, a crank.
-CLEAR = 0.25
 
 Gap = Callable[[Array], Array]
 
@@ -63,7 +72,11 @@ def circle_gap(x: Array) -> Array:
         rho = np.sqrt(np.maximum((d * d).sum(-1) - h * h, 0))
         gap = np.sqrt(((rho - radius[..., None]) ** 2 + h * h).max(-1)) / stroke
         s = (d * chord[..., None, :]).sum(-1)
-        fair = (np.diff(s, axis=-1) > 0).all(-1) & (stroke > FLAT * radius) & (stroke < FULL * radius)
+        fair = (
+            (np.diff(s, axis=-1) > 0).all(-1)
+            & (stroke > POINT_SEARCH.flattest * radius)
+            & (stroke < POINT_SEARCH.fullest * radius)
+        )
     return np.where(fair, gap, np.inf)
 
 
@@ -95,7 +108,7 @@ def best(
         Point (n, 3), first node of its window (n,) and gap (n,) [strokes].
     """
     gap = GAPS[kind]
-    ticks = np.linspace(-REACH / 2, REACH / 2, SIDE)
+    ticks = np.linspace(-POINT_SEARCH.width / 2, POINT_SEARCH.width / 2, POINT_SEARCH.side)
     cells = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
     tried = centre[:, None] + size[:, None, None] * cells
     n, every, out = len(rotation), np.arange(len(rotation)), []
@@ -103,27 +116,27 @@ def best(
 
     def fair(points: Array) -> Array:
         apart = (points[:, :, None] - barred[:, None]) * lift[:, None, None]
-        near = (apart**2).sum(-1) < (CLEAR * size[:, None, None]) ** 2
-        out = ((points - centre[:, None]) ** 2).sum(-1) > (FAR * size[:, None]) ** 2
+        near = (apart**2).sum(-1) < (POINT_SEARCH.clearance * size[:, None, None]) ** 2
+        out = ((points - centre[:, None]) ** 2).sum(-1) > (POINT_SEARCH.farthest * size[:, None]) ** 2
         return np.asarray(~(near.any(-1) | out))
 
     def judged(points: Array, r: Array, t: Array) -> Array:
         """Gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""
         x = t[:, None] + np.einsum("nkij,nmj->nmki", r, points)
         stroke = np.sqrt(((x[:, :, -1] - x[:, :, 0]) ** 2).sum(-1))
-        return np.where(fair(points) & (stroke > LEAST * size[:, None]), gap(x), np.inf)
+        return np.where(fair(points) & (stroke > POINT_SEARCH.least_stroke * size[:, None]), gap(x), np.inf)
 
     for length, shift in WINDOWS:
-        firsts = np.arange(0, WHOLE - length + 1, shift)
-        steps = np.arange(0, length + 1, length // PART)
+        firsts = np.arange(0, POINT_SEARCH.whole - length + 1, shift)
+        steps = np.arange(0, length + 1, length // POINT_SEARCH.part)
         tables = np.stack([judged(tried, rotation[:, f + steps], translation[:, f + steps]) for f in firsts], axis=1)
         chosen = tables.reshape(n, -1).argmin(1)
         first, cell = firsts[chosen // len(cells)], chosen % len(cells)
         r, t = rotation[every[:, None], first[:, None] + steps], translation[every[:, None], first[:, None] + steps]
         point, value = tried[every, cell], tables.reshape(n, -1)[every, chosen]
-        step = 0.5 * size * REACH / (SIDE - 1)
+        step = 0.5 * size * POINT_SEARCH.width / (POINT_SEARCH.side - 1)
         ways = np.concatenate([np.eye(3), -np.eye(3)])
-        for _ in range(COMPASS):
+        for _ in range(POINT_SEARCH.steps):
             around = point[:, None] + step[:, None, None] * ways
             gaps = judged(around, r, t)
             nearest = gaps.argmin(1)
