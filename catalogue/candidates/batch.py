@@ -14,10 +14,10 @@ from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.finite_scatter import FREE, finite_allowances, finite_expected
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
-from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
+from ..guidance.placement import PLACEMENT, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
 from ..guidance.slides import NOWHERE
 from ..guidance.trace import Traced, again
-from ..guidance.wide_arc import MOST, along_circuits, traced_about
+from ..guidance.wide_arc import WIDE_ARC, along_circuits, traced_about
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
@@ -287,7 +287,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     """
     guides = found.curve
     if isinstance(guides, CircuitCurve):
-        shown = on_wide_arc(problem, found.origin, guides, nodes=SHOWN, most=MOST)
+        shown = on_wide_arc(problem, found.origin, guides, nodes=SHOWN, most=WIDE_ARC.most)
         return _judged(problem, shown)
     if guides.cusp.any():
         return replace(found, traced=_over_stroke(problem, guides))
@@ -304,7 +304,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
     point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
-    fine = np.flatnonzero(traced.relative < FINE)
+    fine = np.flatnonzero(traced.relative < PLACEMENT.fine)
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _over_stroke(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)

@@ -10,7 +10,7 @@ import numpy as np
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.deviation_curve import from_circle
 from ..guidance.minimum_zone import grid
-from ..guidance.placement import FINE, at_stroke
+from ..guidance.placement import PLACEMENT, at_stroke
 from ..guidance.trace import Traced, extended
 from ..kinematics.circuits import OPEN
 from ..kinematics.linkage import PR, RP
@@ -101,7 +101,7 @@ def scene(candidate: Candidate) -> Scene:
     """
     way, candidate = candidate.frame, candidate.at_home()
     here, traced = candidate.traced
-    if isinstance(here, CouplerCurve) and traced.relative[0] < FINE:
+    if isinstance(here, CouplerCurve) and traced.relative[0] < PLACEMENT.fine:
         traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     kinds, z = here.linkage.dyads[0], here.linkage.points[0]
     run = candidate.run()
@@ -205,7 +205,7 @@ def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list
 
 def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: Traced) -> tuple[Floats, Floats]:
     """Compute the deviation along the stroke, on the grid of the measurement."""
-    fine = isinstance(here, CouplerCurve) and bool(traced.relative[0] < FINE)
+    fine = isinstance(here, CouplerCurve) and bool(traced.relative[0] < PLACEMENT.fine)
     guides = extended(here) if isinstance(here, CouplerCurve) and fine else here
     real: Any = np.longdouble if fine else float
     nodes = grid(NODES).nodes.astype(real)

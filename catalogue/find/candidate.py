@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..given import complexes, switch
-from ..guidance.sensitivity import NODES, sensitivity
+from ..guidance.sensitivity import SENSITIVITY, sensitivity
 from ..kinematics.types import Complexes, Floats
 from ..problem.path import CircularArc, PathFrame, PathRequest, StraightLine, places
 from .columns import CANDIDATE, attributes
@@ -274,16 +274,16 @@ class Candidate(PlacedGuide):
             return here, traced
         forward = (here.tangent * self.frame.direction.conjugate()).real > 0
         bend = np.where(forward, -1, 1) / self.radius  # the arc bulges to the left of its chord
-        return here, again(here, traced, circle=True, nodes=NODES, held=bend)
+        return here, again(here, traced, circle=True, nodes=SENSITIVITY.nodes, held=bend)
 
     def _along_wide_arc(self, radius: float, angle: float) -> tuple[CircuitCurve, Traced]:
         """Trace the guide along a wide arc on its circuit, from the middle of the arc."""
-        from ..guidance.wide_arc import MOST, SHOWN, along_circuits, traced_about
+        from ..guidance.wide_arc import WIDE_ARC, along_circuits, traced_about
 
         here = along_circuits(self.linkage, np.array([complex(*self.guided)]))
         middle = 0.5 * self.stroke - 1j * radius * math.cos(math.radians(0.5 * angle))
         centre = np.array([self.frame.origin + self.frame.direction * middle])
-        return here, traced_about(here, centre, np.array([radius]), angle, SHOWN, MOST)
+        return here, traced_about(here, centre, np.array([radius]), angle, WIDE_ARC.shown, WIDE_ARC.most)
 
     def path(self, points: int = 101) -> Floats:
         """Compute points of the path over the stroke, spaced like the positions of `motion`.

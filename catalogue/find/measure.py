@@ -17,9 +17,7 @@ from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
 from ..guidance.trace import Traced
-from ..guidance.wide_arc import MOST as FINEST
-from ..guidance.wide_arc import SHOWN as FINE
-from ..guidance.wide_arc import on_wide_arcs, wide_arcs
+from ..guidance.wide_arc import WIDE_ARC, on_wide_arcs, wide_arcs
 from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
 from ..kinematics.batch import Columns, join
@@ -455,7 +453,9 @@ class Laid(Columns):
         which, rough = nearest_arcs(found, point, radius, angle, count)
         some, z = found[which], point[which]
         n = len(which)
-        fine = wide_arcs(some, z, rough.middle, rough.centre, np.full(n, radius), angle, nodes=FINE, most=FINEST)
+        fine = wide_arcs(
+            some, z, rough.middle, rough.centre, np.full(n, radius), angle, nodes=WIDE_ARC.shown, most=WIDE_ARC.most
+        )
         good = np.flatnonzero(np.isfinite(fine.fit.deviation))
         which, some, z, fine = which[good], some[good], z[good], fine[good]
         fit = fine.fit

@@ -42,37 +42,41 @@ from .trace import Traced
 #: Probability with which a path stays within its tolerance over the whole stroke, at pivots that
 #: scatter by the allowance: two standard deviations of a normal number.
 PROBABILITY = 0.95
-#: Intervals between the Chebyshev points of the stroke in a search: they leave the probability open
-#: by 3 per cent.
-ROUGH = 8
-#: Intervals for what is shown and bounded: they leave it open by 1 per cent.
-FINE = 20
-#: The same where the radius is sought too: references are four stations then, and many more; 1 per
-#: cent again.
-FINE_OF_ARC = 16
-#: References that are looked at in all directions in a search, those which alone forgive least.
-#: For what is shown all are: where the deviation nearly fills the tolerance hundreds are as strict,
-#: and 64 left 2.5 per cent open.
-ROUGH_REFERENCES = 24
-#: Simulated machines, to first order, along wide arcs in a search: the probability is known to 1 %.
-ROUGH_DRAWS = 500
-#: Simulated machines for an answer: the probability is known to 0.3 %.
-DRAWS = 4000
-#: References evaluated for these in a search.
-ROUGH_DRAWN = 64
-#: References evaluated for an answer: more change the probability by less than 0.1 %.
-DRAWN = 512
-#: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is
-#: proportional to what is left, and negative where nothing is.
-LEAST_LEFT = 1e-3
-#: Newton steps to the standard deviation, which leave 1e-9 of it open.
-STEPS = 12
-#: Fixed-point steps from the standard deviation to the tolerance.
-TOLERANCE_STEPS = 8
-#: Largest allowance, over the shortest link: beyond it distances do not change in proportion to the
-#: scatter, and linkages that no longer close become frequent.  There the path keeps its tolerance
-#: with a higher probability.
-LARGEST = 0.01
+
+
+class AllowanceOptions(NamedTuple):
+    """Grids and limits of the allowance; `rough` ones are those of a search."""
+
+    #: Intervals between the Chebyshev points of the stroke in a search: the probability is known
+    #: to 3 %.
+    rough_intervals: int = 8
+    intervals: int = 20  #: The intervals for what is shown and bounded: it is known to 1 %.
+    #: The intervals where the radius is sought too: references are four stations then, and many
+    #: more; 1 % again.
+    arc_intervals: int = 16
+    #: Strictest references that a search looks at in all directions. An answer takes all: where
+    #: the deviation nearly fills the tolerance hundreds are as strict, and 64 left 2.5 % open.
+    rough_references: int = 24
+    #: Simulated machines, to first order, along wide arcs in a search: the probability is known to
+    #: 1 %.
+    rough_draws: int = 500
+    draws: int = 4000  #: Simulated machines for an answer: it is known to 0.3 %.
+    rough_drawn: int = 64  #: references evaluated for these in a search
+    #: References evaluated for an answer: more change the probability by less than 0.1 %.
+    drawn: int = 512
+    #: Least excess of the tolerance over the deviation [deviations]. Below it the allowance is
+    #: proportional to the excess, and negative where there is none.
+    least_left: float = 1e-3
+    steps: int = 12  #: Newton steps to the standard deviation, which leave 1e-9 of it open.
+    tolerance_steps: int = 8  #: fixed-point steps from the standard deviation to the tolerance
+    #: Largest allowance [shortest links]: beyond it distances are not proportional to the scatter,
+    #: and linkages that no longer close become frequent. There the path keeps its tolerance with a
+    #: higher probability.
+    largest: float = 0.01
+
+
+ALLOWANCE = AllowanceOptions()
+
 #: x at which exp(-x) (1 + x) is 5 per cent.
 TAIL = 4.743864518
 #: Dimensions of the directions.
@@ -100,7 +104,9 @@ class Zone(NamedTuple):
 
     def intervals(self, rough: bool) -> int:
         """Return the number of intervals between stations, for a search or an answer."""
-        return ROUGH if rough else FINE_OF_ARC if self.free == 3 else FINE
+        return (
+            ALLOWANCE.rough_intervals if rough else ALLOWANCE.arc_intervals if self.free == 3 else ALLOWANCE.intervals
+        )
 
 
 @dataclass(frozen=True)
@@ -256,7 +262,7 @@ class Reach(Rows):
         with np.errstate(all="ignore"):
             square = 0.5 / self.nearness**2
             rate = TAIL / square.min(1)  # 1 / variance; Newton on the logarithms, from above
-            for _ in range(STEPS):
+            for _ in range(ALLOWANCE.steps):
                 x = rate[:, None] * square
                 tail = np.exp(-x)
                 missing = (tail * (1 + x)).mean(1)
@@ -327,7 +333,7 @@ def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: 
 
 def _drawn(found: References, asked: Floats, *, rough: bool) -> tuple[References, Floats]:
     """Return the references to evaluate, and normal numbers (10, draws)."""
-    draws, count = (ROUGH_DRAWS, ROUGH_DRAWN) if rough else (DRAWS, DRAWN)
+    draws, count = (ALLOWANCE.rough_draws, ALLOWANCE.rough_drawn) if rough else (ALLOWANCE.draws, ALLOWANCE.drawn)
     return found.strongest(asked, count), np.random.default_rng(0).normal(size=(COUNT, draws))
 
 
@@ -363,7 +369,7 @@ def allowances(
     asked = np.broadcast_to(asked, here.deviation.shape)
     every = [allowed(found, here.deviation[i], asked[i], rough=rough) for i, found in in_parts(here, zone.free)]
     least = np.concatenate(every)
-    return np.minimum(least, LARGEST * shortest(guides.linkage))
+    return np.minimum(least, ALLOWANCE.largest * shortest(guides.linkage))
 
 
 def shortest(linkage: Linkage) -> Floats:
@@ -391,7 +397,7 @@ def expected_deviation(
                 for _ in range(2):  # the second time with the references that count there
                     asked[i] = drawn_deviation(found, asked[i], scatter, rough=rough)
                 continue
-            for _ in range(TOLERANCE_STEPS):
+            for _ in range(ALLOWANCE.tolerance_steps):
                 spared = allowed(found, deviation, asked[i], rough=rough)
                 asked[i] = deviation + scatter * (asked[i] - deviation) / spared
     return np.asarray(asked)
@@ -430,11 +436,11 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
     if len(good):
         some, deviation, asked = found[good], deviation[good], asked[good]
         with np.errstate(all="ignore"):
-            at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
+            at = np.maximum(asked, deviation * (1 + ALLOWANCE.least_left))
             if some.wide.any():
                 reached = drawn_scatter(some, at, rough=rough)
             else:
-                some = some.strongest(at, ROUGH_REFERENCES) if rough else some
+                some = some.strongest(at, ALLOWANCE.rough_references) if rough else some
                 reached = Reach.of(some, at).scatter()
             scatter[good] = reached * (asked - deviation) / (at - deviation)
     return scatter

@@ -9,17 +9,7 @@ import numpy as np
 
 from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Floats
-from .allowance import (
-    LEAST_LEFT,
-    ROUGH_REFERENCES,
-    Reach,
-    References,
-    Response,
-    Zone,
-    intervals_of,
-    response,
-    scattered,
-)
+from .allowance import ALLOWANCE, Reach, References, Response, Zone, intervals_of, response, scattered
 from .circuit_curve import CIRCUIT, CircuitCurve, CircuitMotion
 from .coupler_curve import CouplerCurve
 from .minimum_zone import grid
@@ -50,8 +40,8 @@ def slopes(
     with np.errstate(all="ignore"):
         intervals = intervals_of(traced, zone, rough)
         here = response(guides, traced, zone, intervals)
-        at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
-        found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES)
+        at = np.maximum(asked, here.deviation * (1 + ALLOWANCE.least_left))
+        found = References.of(here, zone.free).strongest(at, ALLOWANCE.rough_references)
         good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation)
         found = replace(found, across=np.where(good[:, None, None], found.across, 0.0))
         reach = Reach.of(found, at)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Floats
 from .coupler_curve import CouplerCurve
-from .reach import NODES
+from .reach import REACH
 from .trace import Traced, trace
 
 #: First trial windows over the one by proportion.
 TRIED = np.array([0.75, 0.9, 1.0, 1.1])
-#: Most further windows.
-ROUNDS = 6
-#: Relative error of the sweep at which the iteration stops.
-REACHED = 1e-6
+
+
+class SweepCorrection(NamedTuple):
+    """Corrections of a window to a sweep."""
+
+    rounds: int = 6  #: most further windows
+    reached: float = 1e-6  #: relative error of the sweep at which the iteration stops
+
+
+SWEEP = SweepCorrection()
 
 
 def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float) -> tuple[Floats, Traced]:
@@ -22,8 +30,8 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
 
     The sweep does not grow in proportion to the window, since the circle changes with it and the
     point is moved for each anew; of windows nearby that have it the widest is taken, NaN where
-    there is none.  Where `ROUNDS` do not suffice, near a jump, the sweep is off by more than
-    `REACHED`.
+    there is none.  Where `SWEEP.rounds` do not suffice, near a jump, the sweep is off by more than
+    `SWEEP.reached`.
 
     To begin with, half windows (n,) [length] are given with the sweeps that are known of them, and
     their middles, in half windows from the reference position.
@@ -32,7 +40,9 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
     guess = sweep / known
     parts = np.stack([*(TRIED[:, None] * guess), np.sqrt(guess)])
     each = np.tile(np.arange(n), len(parts))
-    ladder = trace(guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=NODES)
+    ladder = trace(
+        guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=REACH.nodes
+    )
     with np.errstate(all="ignore"):
         x = np.log(np.concatenate([parts, np.ones_like(parts[:1])]))
         y = np.concatenate([_excess(ladder, sweep).reshape(parts.shape), -np.log(guess)[None]])
@@ -45,18 +55,18 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
         x, y = (np.take_along_axis(values, rows, 0) for values in (x, y))
         half, traced = np.where(open_, half, np.nan), Traced.nothing(n)
         scale = half.copy()
-        for _ in range(ROUNDS):
+        for _ in range(SWEEP.rounds):
             if not open_.any():
                 break
             at = _between(x[:, open_], y[:, open_])
             half[open_] = scale[open_] * np.exp(at)
-            now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=NODES)
+            now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=REACH.nodes)
             traced = traced.replaced(open_, now)
             error = _excess(now, sweep)
             for values, new in ((x, at), (y, error)):
                 short, beyond, _ = values[:, open_]
                 values[:, open_] = np.where(error <= 0, (new, beyond, short), (short, new, beyond))
-            open_[open_] = np.abs(error) > REACHED
+            open_[open_] = np.abs(error) > SWEEP.reached
     return half, traced
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,18 +19,26 @@ from .drive import differentiation
 from .minimum_zone import Grid, grid, times
 from .uniform_fit import NEXT, uniform_fit
 
-#: Moves of a mean circle; the second one leaves the fourth power of the deviation over the radius.
-MEAN_MOVES = 2
-#: Moves of a best-placed circle at most; with steps halved where they gain nothing most need five.
-MAX_MOVES = 24
-#: Length of the first move at most [radii]: the linear model holds so far.
-FIRST_REACH = 0.3
-#: Length of a move that is the last one [radii].
-STILL = 1e-9
-#: Distance of the middle of two places from the centre up to which they lie opposite [radii].
-NEARLY_OPPOSITE = 0.2
-#: Length of the moves that level the extremes between the fine points, at most [deviations].
-MAX_POLISH = 0.1
+
+class CircleMoves(NamedTuple):
+    """Moves of the centre of a circle."""
+
+    #: Moves of a mean circle; the second one leaves the fourth power of the deviation over the
+    #: radius.
+    mean: int = 2
+    #: Most moves of a best-placed circle; with steps halved where they gain nothing most need
+    #: five.
+    most: int = 24
+    first: float = 0.3  #: longest first move [radii]: the linear model holds so far
+    last: float = 1e-9  #: length of a move that is the last one [radii]
+    #: Largest distance of the middle of two opposite places from the centre [radii].
+    opposite: float = 0.2
+    #: Longest moves that level the extremes between the fine points [deviations].
+    polish: float = 0.1
+
+
+CIRCLE_MOVES = CircleMoves()
+
 #: Places about those extremes that are tried, in two rounds [steps of the fine points].
 POLISHED = (np.linspace(-1, 1, 9), np.linspace(-0.2, 0.2, 9))
 
@@ -75,7 +84,7 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
         # where two opposite places within the circle decide, the linear model sees no gain in a
         # move across them
         spoke = fine[stations, np.arange(n)] - centre
-        opposite = np.flatnonzero(np.abs(spoke + spoke[NEXT]).min(0) < NEARLY_OPPOSITE * radius)
+        opposite = np.flatnonzero(np.abs(spoke + spoke[NEXT]).min(0) < CIRCLE_MOVES.opposite * radius)
         if len(opposite):
             pair = np.abs(spoke + spoke[NEXT])[:, opposite].argmin(0)
             across = 1j * spoke[pair, opposite] / np.abs(spoke[pair, opposite])
@@ -104,9 +113,9 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
         Fine points of these distances.
     """
     n, centre = len(centre), centre.copy()
-    open_, reach, stations = np.arange(n), radius * FIRST_REACH, np.zeros((3, n), int)
+    open_, reach, stations = np.arange(n), radius * CIRCLE_MOVES.first, np.zeros((3, n), int)
     least = np.abs(np.abs(fine - centre) - radius).max(0)
-    for turn in range(MAX_MOVES):
+    for turn in range(CIRCLE_MOVES.most):
         here, far = fine[:, open_], radius[open_]
         spoke = here - centre[open_]
         away = np.abs(spoke)
@@ -119,7 +128,7 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
         some = open_[better]
         centre[some], least[some] = centre[some] + step[better], now[better]
         reach[open_] = np.where(better, 2 * np.abs(step), 0.25 * np.abs(step))
-        open_ = open_[(np.abs(step) > STILL * far) & (better | (reach[open_] > STILL * far))]
+        open_ = open_[(np.abs(step) > CIRCLE_MOVES.last * far) & (better | (reach[open_] > CIRCLE_MOVES.last * far))]
         if not len(open_):
             break
     return centre, least, stations
@@ -147,7 +156,7 @@ def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6
         move, _, _ = uniform_fit(np.stack([spoke.real, spoke.imag]), off)
         step = move[0] + 1j * move[1]
         # a longer one: the descent ended short, and other places decide
-        step = np.where(np.abs(step) < MAX_POLISH * np.abs(off).max(0), step, 0.0)
+        step = np.where(np.abs(step) < CIRCLE_MOVES.polish * np.abs(off).max(0), step, 0.0)
         moved, off = moved + step, np.abs(off - (spoke.conj() * step).real)
         best = off.reshape(tried.shape).argmax(0)
         places = tried[best, np.arange(peaks)[:, None], np.arange(n)]
@@ -183,7 +192,11 @@ def squared_centre(z: Complexes) -> Complexes:
 
 
 def mean_centre(
-    z: Complexes, radius: Floats | float, centre: Complexes, weight: Floats | float = 1.0, moves: int = MEAN_MOVES
+    z: Complexes,
+    radius: Floats | float,
+    centre: Complexes,
+    weight: Floats | float = 1.0,
+    moves: int = CIRCLE_MOVES.mean,
 ) -> Complexes:
     """Fit circles of a radius to places by the mean square distance, and return the centres.
 

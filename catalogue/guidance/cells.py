@@ -13,6 +13,7 @@ holds to first order.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,26 +22,30 @@ from ..kinematics.circuits import OPEN, Carriers
 from ..kinematics.handedness import followed
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
-#: Phases at which a coupler curve is read to be cut.
-PHASES = 192
-#: Pieces of a window at least: the bound of a smooth path, which grows like the fourth power of the
-#: stroke, loses a third by the piece that a core is shorter.
-PIECES = 10
-#: Pieces of a circuit at least: with fewer a corner of it hides between two cuts.
-FEWEST = 160
-#: Pieces of a circuit at most: 1024 circuits of so many take 0.7 GB.
-MOST = 5120
-#: Points of a core that are read: nine follow the eight extremes of most paths.
-POINTS = 9
-#: Chord of a core over what it has of a window, and the other way round, at most: a path within 84
-#: degrees of its middle that is longer than that is no guidance.
-NEARLY = 1.5
-#: Part of the bound that holds for circles: their distances are linear in centre and radius to
-#: first order only.
-BENT = 0.9
-#: Part of a step between points of a core by which it may run back: its chord is not quite that of
-#: the window.
-SLACK = 0.25
+
+class CellOptions(NamedTuple):
+    """How coupler curves are cut into pieces, and how windows are bounded by them."""
+
+    phases: int = 192  #: phases at which a coupler curve is read to be cut
+    #: Least pieces of a window: the bound of a smooth path, which grows like the fourth power of
+    #: the stroke, loses a third by the piece that a core is shorter.
+    pieces: int = 10
+    #: least pieces of a circuit: with fewer a corner of it hides between two cuts
+    fewest: int = 160
+    most: int = 5120  #: most pieces of a circuit: 1024 circuits of so many take 0.7 GB
+    points: int = 9  #: points of a core that are read: nine follow the eight extremes of most paths
+    #: Largest ratio of the chord of a core to its part of the window, either way: a path within 84
+    #: degrees of its middle direction that is longer than that does not guide.
+    nearly: float = 1.5
+    #: Part of the bound that holds for circles: their distances are linear in centre and radius to
+    #: first order only.
+    bent: float = 0.9
+    #: Part of a step between points of a core by which it may run back: its chord is not quite
+    #: that of the window.
+    slack: float = 0.25
+
+
+CELL = CellOptions()
 
 
 @dataclass(frozen=True)
@@ -104,7 +109,7 @@ class Curves(Columns):
 
     @classmethod
     def of(cls, circuits: Carriers, point: Complexes, number: Indices) -> Curves:
-        share = np.linspace(0, 1, PHASES + 1)[:, None]
+        share = np.linspace(0, 1, CELL.phases + 1)[:, None]
         s = share * circuits.period
         offset, sense = followed(circuits, point)
         for last in (False, True):
@@ -123,7 +128,7 @@ class Curves(Columns):
     @property
     def shortest(self) -> Floats:
         """Shortest strokes that are looked for, shape (k,) [length]."""
-        return np.asarray(PIECES / MOST * self.length)
+        return np.asarray(CELL.pieces / CELL.most * self.length)
 
     def at(self, s: Floats) -> Complexes:
         """Compute the points at phases (m, k)."""
@@ -155,13 +160,13 @@ def cells_of(curves: Curves, stroke: Floats, which: Indices, circle: bool, radiu
         Bound the deviations from circles, of the `radius` that is given [length] or of any.
     """
     with np.errstate(all="ignore"):
-        many = np.nan_to_num(PIECES * curves.length[which] / stroke, nan=FEWEST)
-    double = np.ceil(np.log2(np.clip(many, FEWEST, MOST) / FEWEST)).astype(int)
+        many = np.nan_to_num(CELL.pieces * curves.length[which] / stroke, nan=CELL.fewest)
+    double = np.ceil(np.log2(np.clip(many, CELL.fewest, CELL.most) / CELL.fewest)).astype(int)
     parts = []
     for k in np.unique(double):
         some = np.flatnonzero(double == k)
-        parts.append(_cells(curves[which[some]], which[some], stroke[some], FEWEST * 2**k, circle, radius))
-    return join(*parts) if parts else _cells(curves[which], which, stroke, FEWEST, circle, radius)
+        parts.append(_cells(curves[which[some]], which[some], stroke[some], CELL.fewest * 2**k, circle, radius))
+    return join(*parts) if parts else _cells(curves[which], which, stroke, CELL.fewest, circle, radius)
 
 
 def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: bool, radius: float | None) -> Cells:
@@ -184,7 +189,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
     # no more than of equal pieces, so that bounds do not change by the rounding of their cores
     held = np.minimum(last + pieces * lap - number, np.floor(width + rounding).astype(int))
     whole = np.clip(held, 2, pieces)
-    steps = np.rint(np.linspace(0, 1, POINTS)[:, None, None] * (whole - 1)).astype(int)
+    steps = np.rint(np.linspace(0, 1, CELL.points)[:, None, None] * (whole - 1)).astype(int)
     index = 1 + number + steps
     end = number + whole
     index = np.where(turns & (index > pieces), index - pieces, np.minimum(index, pieces))
@@ -192,10 +197,10 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
     with np.errstate(all="ignore"):
         far = np.abs(w[-1] - w[0])
         has = (stroke / arc) * np.minimum(arc, np.mod(run[index[-1], np.arange(len(which))] - run[1:], total))
-        good = (width >= POINTS) & ~beyond & (far * NEARLY > has)
+        good = (width >= CELL.points) & ~beyond & (far * CELL.nearly > has)
         least = np.where(good, np.nan_to_num(_off(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf)
         least = np.where(good & (held < 2), 0.0, least)  # a core of one cut bounds nothing
-        longer = np.clip(has / far, 1.0, NEARLY)
+        longer = np.clip(has / far, 1.0, CELL.nearly)
     column = np.arange(len(which))
     at = np.where(turns & (end > pieces), end - pieces, np.minimum(end, pieces))
     low, high = s[:-1], s[at, column] + np.where(end > pieces, curves.circuits.period, 0.0) * turns
@@ -217,15 +222,15 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
     """
     seen, half = from_chord(w)
     u, v = seen.real, seen.imag
-    back = -SLACK * np.abs(np.diff(seen, axis=0))
+    back = -CELL.slack * np.abs(np.diff(seen, axis=0))
     forward = (np.diff(u, axis=0) >= back).all(0)
     if not circle:
         u, v = u - u.mean(0), v - v.mean(0)
         whole, long = (v * v).sum(0), (u * u).sum(0)
         rest = np.maximum(whole - (u * v).sum(0) ** 2 / long, 0.0)
         # across the line itself distances are less than across the chord
-        return np.where(forward, half * np.sqrt(rest / POINTS * long / (long + whole)), np.inf)
-    k = bent(v[POINTS // 2], half, radius)
+        return np.where(forward, half * np.sqrt(rest / CELL.points * long / (long + whole)), np.inf)
+    k = bent(v[CELL.points // 2], half, radius)
     v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
     v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
     # a circle that is moved changes distances by sine and cosine of the angle about its centre, its
@@ -237,7 +242,7 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
             move = move - before * (before * move).sum(0) / (before * before).sum(0)
         moves[n] = move
         v = v - move * (move * v).sum(0) / (move * move).sum(0)
-    error = BENT * np.sqrt((v * v).mean(0))
+    error = CELL.bent * np.sqrt((v * v).mean(0))
     return np.where(forward, half * error, np.inf)
 
 

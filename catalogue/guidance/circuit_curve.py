@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,12 +22,18 @@ NODES = 128
 #: What stands for the chart of a motion whose parameter is the phase of its circuit, see
 #: `catalogue.kinematics.motion`.
 CIRCUIT = 3
-#: Part of half a stroke to which its middle is known.
-MIDDLE = 1e-14
-#: Cosine of the angle to its middle direction below which a path no longer runs forward.
-TURNING = 0.1
-#: Intervals of this test.
-STEPS = 16
+
+
+class MiddleOptions(NamedTuple):
+    """How the middle of a stroke is found, and whether its path runs forward."""
+
+    middle: float = 1e-14  #: relative accuracy of the middle [half strokes]
+    #: Cosine of the angle to its middle direction below which a path no longer runs forward.
+    turning: float = 0.1
+    steps: int = 16  #: intervals of this test
+
+
+MIDDLE = MiddleOptions()
 
 
 @dataclass(frozen=True)
@@ -112,14 +118,18 @@ class Posed(Protocol):
     def pose(self, s: Floats) -> Pose: ...
 
 
-def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
+def runs_forward(seen: Complexes, turning: float = MIDDLE.turning) -> Mask:
     """Tell which paths (m, k), with chords along the real axis, run forward.
 
-    Also relative to their middle direction, with a cosine above `turning`: tested on `STEPS`
+    Also relative to their middle direction, with a cosine above `turning`: tested on `MIDDLE.steps`
     intervals, independent of the grid.
     """
-    steps = np.diff(seen[:: (len(seen) - 1) // STEPS], axis=0)
-    k = np.clip((seen[:: (len(seen) - 1) // STEPS].real < seen[[0, -1]].real.mean(0)).sum(0) - 1, 1, STEPS - 2)
+    steps = np.diff(seen[:: (len(seen) - 1) // MIDDLE.steps], axis=0)
+    k = np.clip(
+        (seen[:: (len(seen) - 1) // MIDDLE.steps].real < seen[[0, -1]].real.mean(0)).sum(0) - 1,
+        1,
+        MIDDLE.steps - 2,
+    )
     tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
     along = (steps * (tangent / np.abs(tangent)).conj()).real
     return np.asarray((along > turning * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
@@ -174,7 +184,7 @@ def on_path(circuits: Carriers, point: Complexes, low: Floats, high: Floats, fit
 
     with np.errstate(all="ignore"):
         ends = off(low), off(high)
-        s, _ = false_position(off, low, high, *ends, np.full(len(low), MIDDLE), steps=60)
+        s, _ = false_position(off, low, high, *ends, np.full(len(low), MIDDLE.middle), steps=60)
     back = ends[0] > 0
     a, b = np.where(back, high, low), np.where(back, low, high)
     moving = CircuitMotion(circuits, s, np.ones(len(s), complex), np.zeros(len(s), complex))

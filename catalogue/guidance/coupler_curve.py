@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,29 +23,30 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, Motion, Path, motion
 from ..kinematics.types import Array, Complexes, Mask
 
-#: Half the number of intervals of the table.
-STEPS = 16
-#: No window goes beyond this parameter, a rotation of 166 degrees either way.
-FARTHEST = 8.0
-#: Part of the extent to which windows are solved.
-WINDOW_TOLERANCE = 1e-13
-#: Iterations that find nearly all ends of windows.
-FEW = 12
-#: Iterations after which the others are given up.
-MANY = 40
-#: Factor of the score of a chart that holds what is needed: more than the root of any two
-#: conditionings differ by.
-FIRST = 1e3
-#: Parabolas by which the place is found where a path turns: 98 of 100 paths then end within 1e-4 of
-#: their extent.
-TURNINGS = 5
-#: Worst conditioning of a chart that is still used.
-SINGULAR = 1e-4
-#: A point slower than this, per turn of its linkage's size, is at rest.
-AT_REST = 1e-9
-#: No point is followed farther than so many sizes of its linkage: coupler points of slides and
-#: sliders run to infinity.
-FAR = 100.0
+
+class CurveOptions(NamedTuple):
+    """How a coupler curve is tabulated, and its windows are solved."""
+
+    steps: int = 16  #: half the number of intervals of the table
+    farthest: float = 8.0  #: Largest parameter of a window, a rotation of 166 degrees either way.
+    tolerance: float = 1e-13  #: relative accuracy of windows [extents]
+    few: int = 12  #: iterations that find nearly all ends of windows
+    many: int = 40  #: iterations after which the others are given up
+    #: Factor of the score of a chart that holds what is needed: more than the ratio of the roots
+    #: of any two conditionings.
+    first: float = 1e3
+    #: Parabolas that find where a path turns: 98 of 100 paths then end within 1e-4 of their
+    #: extent.
+    turnings: int = 5
+    singular: float = 1e-4  #: least conditioning of a chart that is used
+    #: Speed of a point at rest [sizes of the linkage per unit of the parameter].
+    at_rest: float = 1e-9
+    #: Farthest distance to which a point is followed [sizes of the linkage]: coupler points of
+    #: slides and sliders run to infinity.
+    far: float = 100.0
+
+
+CURVE = CurveOptions()
 
 
 @dataclass(frozen=True)
@@ -102,13 +103,13 @@ class CouplerCurve(Columns):
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Solve for the parameters where u is `low` and `high`, (n,) each; NaN beyond the extent.
 
-        Bracketed in the table, then solved to `WINDOW_TOLERANCE` of the extent: in few steps, in
+        Bracketed in the table, then solved to `CURVE.tolerance` of the extent: in few steps, in
         more where the path turns nearby.
         """
-        t, near = self._solved(np.stack([low, high]), FEW)
+        t, near = self._solved(np.stack([low, high]), CURVE.few)
         far = np.flatnonzero(~near)
         if len(far):
-            t[:, far] = self[far]._solved(np.stack([low[far], high[far]]), MANY)[0]
+            t[:, far] = self[far]._solved(np.stack([low[far], high[far]]), CURVE.many)[0]
         return t[0], t[1]
 
     def _solved(self, wanted: Array, steps: int) -> tuple[Array, Mask]:
@@ -125,10 +126,10 @@ class CouplerCurve(Columns):
                 t1,
                 f0,
                 f1,
-                WINDOW_TOLERANCE * extent.sum(0),
+                CURVE.tolerance * extent.sum(0),
                 steps,
             )
-        near = outside | ~(np.abs(off) > WINDOW_TOLERANCE * extent.sum(0))
+        near = outside | ~(np.abs(off) > CURVE.tolerance * extent.sum(0))
         return np.where(outside | ~np.isfinite(t), np.nan, t), np.asarray(near.all(0))
 
 
@@ -183,8 +184,8 @@ def coupler_curve(
         poles = None if pole is None else np.asarray(pole)[each]
         every = _in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
         conditioning, extent = every.motion.conditioning, every.extent.min(0)
-        score = extent * np.sqrt(np.minimum(conditioning, 1)) * np.where(extent >= least, FIRST, 1.0)
-        score = np.where(conditioning > SINGULAR, score, -1.0).reshape(len(CHARTS), n)
+        score = extent * np.sqrt(np.minimum(conditioning, 1)) * np.where(extent >= least, CURVE.first, 1.0)
+        score = np.where(conditioning > CURVE.singular, score, -1.0).reshape(len(CHARTS), n)
         chosen = np.zeros(n, dtype=int)
         for i in range(1, len(CHARTS)):
             chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
@@ -200,28 +201,28 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pol
     velocity = moving.velocity_of(point)
     speed = np.abs(velocity)
     with np.errstate(all="ignore"):
-        cusp = ~(speed > AT_REST * moving.linkage.size) & (moving.conditioning > SINGULAR)
+        cusp = ~(speed > CURVE.at_rest * moving.linkage.size) & (moving.conditioning > CURVE.singular)
         if cusp.any():
             velocity = np.array(velocity)
             velocity[cusp] = path_series(moving[cusp].point(point[cusp]))[2]
             speed = np.abs(velocity)
-        still = ~(speed > AT_REST * moving.linkage.size)
+        still = ~(speed > CURVE.at_rest * moving.linkage.size)
         tangent = np.where(still, 1.0, velocity / speed)
-        angle = np.arctan(np.clip(moving.interval, -FARTHEST, FARTHEST))
+        angle = np.arctan(np.clip(moving.interval, -CURVE.farthest, CURVE.farthest))
         # nodes crowd where the chart ends, because the path runs into a turning point like a square
         # root
-        share = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)[:, None]
+        share = np.sin(0.5 * np.pi * np.arange(CURVE.steps + 1) / CURVE.steps)[:, None]
         t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
         u, _ = moving.point(point, tangent)(t)
-        u[:STEPS] *= np.where(cusp, -1, 1)
-        u[STEPS] = 0.0
+        u[: CURVE.steps] *= np.where(cusp, -1, 1)
+        u[CURVE.steps] = 0.0
         rising = np.diff(u, axis=0) > 0
-        near = np.abs(u) <= FAR * moving.linkage.size
-    up = np.logical_and.accumulate(rising[STEPS:] & near[STEPS + 1 :], axis=0)
-    down = np.logical_and.accumulate((rising[:STEPS] & near[:STEPS])[::-1], axis=0)[::-1]
-    inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
+        near = np.abs(u) <= CURVE.far * moving.linkage.size
+    up = np.logical_and.accumulate(rising[CURVE.steps :] & near[CURVE.steps + 1 :], axis=0)
+    down = np.logical_and.accumulate((rising[: CURVE.steps] & near[: CURVE.steps])[::-1], axis=0)[::-1]
+    inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > CURVE.singular)
     limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
-    outside = np.concatenate([np.full(STEPS, -np.inf), [0.0], np.full(STEPS, np.inf)])[:, None]
+    outside = np.concatenate([np.full(CURVE.steps, -np.inf), [0.0], np.full(CURVE.steps, np.inf)])[:, None]
     return CouplerCurve(moving, point, tangent, t, np.where(inside, u, outside), limit, cusp, pole)
 
 
@@ -233,16 +234,16 @@ def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
     """
     t, u = guides.t.copy(), guides.u.copy()
     for side in (-1, 1):
-        inside = np.isfinite(u[STEPS:] if side > 0 else u[STEPS::-1]).sum(0) - 1
-        k = np.flatnonzero((inside > 0) & (inside < STEPS))
+        inside = np.isfinite(u[CURVE.steps :] if side > 0 else u[CURVE.steps :: -1]).sum(0) - 1
+        k = np.flatnonzero((inside > 0) & (inside < CURVE.steps))
         sign = side * np.where(guides.cusp[k] & (side < 0), -1, 1)
-        at = t[STEPS + side * (inside[k] + np.array([[-1], [0], [1]])), k]
+        at = t[CURVE.steps + side * (inside[k] + np.array([[-1], [0], [1]])), k]
         with np.errstate(all="ignore"):
             height = sign * guides.path[k](at)[0]
         turns = height[2] <= height[1]  # else the next place is far away, or beyond the chart
         k, sign, at, height = k[turns], sign[turns], at[:, turns], height[:, turns]
         tip, top = _summit(guides.path[k], sign, side, at, height)
-        place = STEPS + side * (inside[k] + (side * tip > side * at[1]))
+        place = CURVE.steps + side * (inside[k] + (side * tip > side * at[1]))
         t[place, k], u[place, k] = tip, side * top
     return replace(guides, t=t, u=u)
 
@@ -260,7 +261,7 @@ def _summit(path: Path, sign: Array, side: int, at: Array, height: Array) -> tup
         Parameters of which the middle one has the greatest displacement, and these displacements.
     """
     every = np.arange(len(sign))
-    for _ in range(TURNINGS):
+    for _ in range(CURVE.turnings):
         (t0, t1, t2), (u0, u1, u2) = at, height
         with np.errstate(all="ignore"):
             rise, fall = (t2 - t1) * (u1 - u0), (t1 - t0) * (u1 - u2)

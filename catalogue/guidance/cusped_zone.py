@@ -11,28 +11,35 @@ below 5e-4 of it.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Array
 from .minimum_zone import Fit, Grid, exchange, polar, rise_over, seen, shifted
 
-#: Most least squares steps to the radius.
-STEPS = 12
-#: Most exchanges at a radius.
-EXCHANGES = 8
-#: Step length at which the iteration has converged [strokes].
-AT_REST = 1e-12
-#: How much farther than in the last exchange the farthest point may be, for the circle to be given.
-SETTLED = 1.001
-#: What keeps points of two branches apart where they are equally far from the cusp, in strokes.
-APART = 1e-11
-#: Change of the curvature that is tried, in deviations over the square of the stroke: it moves the
-#: middle of the arc by twice the deviation, more than the narrowest annulus can.
-BRACKET = 16.0
-#: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the
-#: deviation, open.
-SECTIONS = 17
-GOLDEN = 0.5 * (5**0.5 - 1)
+
+class CuspedZone(NamedTuple):
+    """Iterations of the minimum zone of a path with a cusp."""
+
+    steps: int = 12  #: most least-squares steps to the radius
+    exchanges: int = 8  #: most exchanges at a radius
+    at_rest: float = 1e-12  #: step at which the iteration has converged [strokes]
+    #: Largest growth of the largest distance since the last exchange, for the circle to be given.
+    settled: float = 1.001
+    #: Distance that keeps points of two branches apart where they are equally far from the cusp
+    #: [strokes].
+    apart: float = 1e-11
+    #: Change of the curvature that is tried [deviations / stroke^2]: it moves the middle of the
+    #: arc by twice the deviation, more than the narrowest annulus can.
+    bracket: float = 16.0
+    #: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the
+    #: deviation, open.
+    sections: int = 17
+    golden: float = 0.5 * (5**0.5 - 1)  #: golden ratio
+
+
+CUSP = CuspedZone()
 
 
 def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
@@ -88,9 +95,9 @@ def _of_radius(
         directions.
     """
     deviation, centre, heading = stroke.copy(), centre.copy(), heading.copy()
-    apart = APART * stroke * np.arange(len(x))[:, None]
+    apart = CUSP.apart * stroke * np.arange(len(x))[:, None]
     open_, xs, ys = np.arange(x.shape[1]), x, y
-    for _ in range(EXCHANGES):
+    for _ in range(CUSP.exchanges):
         a, b = seen(xs, ys, centre[open_], heading[open_])
         bend = curvature[open_]
         distance, _, _ = polar(a, b, bend)
@@ -104,12 +111,12 @@ def _of_radius(
         deviation[open_] = level
         centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1)
         length = stroke[open_]
-        moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + AT_REST * length
+        moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + CUSP.at_rest * length
         if not moved.any():
             break
         open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
     worst = np.abs(polar(*seen(x, y, centre, heading), curvature)[0]).max(0)
-    settled = (worst <= SETTLED * deviation + AT_REST * stroke) & (np.abs(curvature) * stroke < 2)
+    settled = (worst <= CUSP.settled * deviation + CUSP.at_rest * stroke) & (np.abs(curvature) * stroke < 2)
     return np.where(settled, worst, np.nan), centre, heading
 
 
@@ -121,19 +128,19 @@ def _narrowest(
     The half width is a convex function of the curvature, as far as the circle moves by a few
     deviations.
     """
-    reach = BRACKET * deviation / stroke**2
+    reach = CUSP.bracket * deviation / stroke**2
     low, high = curvature - reach, curvature + reach
 
     def width(bend: Array) -> Array:
         found = _of_radius(x, y, stroke, centre, heading, bend)[0]
         return np.where(np.isnan(found), np.inf, found)
 
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    left, right = high - CUSP.golden * (high - low), low + CUSP.golden * (high - low)
     at_left, at_right = width(left), width(right)
-    for _ in range(SECTIONS):
+    for _ in range(CUSP.sections):
         below = at_left <= at_right
         low, high = np.where(below, low, left), np.where(below, right, high)
-        new = np.where(below, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
+        new = np.where(below, high - CUSP.golden * (high - low), low + CUSP.golden * (high - low))
         left, right, at_new = np.where(below, new, right), np.where(below, left, new), width(new)
         at_left, at_right = np.where(below, at_new, at_right), np.where(below, at_left, at_new)
     bend, least = np.where(at_left <= at_right, [left, at_left], [right, at_right])
@@ -148,7 +155,7 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
     curvature = -2 * at_y / (at_y**2 + at_x * (stroke - at_x))
     centre, heading = at_x + 1j * at_y, np.ones_like(at_x + 1j * at_y)
     open_, xs, ys = np.arange(x.shape[1]), x, y
-    for _ in range(STEPS):
+    for _ in range(CUSP.steps):
         length = stroke[open_]
         a, b = seen(xs, ys, centre[open_], heading[open_])
         distance, at, weight = polar(a, b, curvature[open_])
@@ -161,7 +168,7 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
         c0, c1, c2 = np.linalg.solve(normal, right[..., None])[..., 0].T
         curvature[open_] += 2 * c2 / length**2 + 0.5 * c0 * curvature[open_] ** 2
         centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1 / length)
-        moved = np.abs(c0) + np.abs(c1) + np.abs(c2) > AT_REST * length
+        moved = np.abs(c0) + np.abs(c1) + np.abs(c2) > CUSP.at_rest * length
         if not moved.any():
             break
         open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kinematics.types import Array
 from .uniform_fit import uniform_fit
 
-#: Most shifts of the centre.
-ROUNDS = 6
-#: Length of the last shift [deviations].
-STILL = 1e-3
+
+class CentreShift(NamedTuple):
+    """Shifts of the centre of an arc."""
+
+    rounds: int = 6  #: most shifts
+    last: float = 1e-3  #: length of the last shift [deviations]
+
+
+CENTRE_SHIFT = CentreShift()
 
 
 def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
@@ -30,7 +35,7 @@ def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float
     # `minimum_zone`, which loses no digits on a flat arc
     rise = half**2 / (radius + depth) if np.abs(top) <= half else radius + depth
     x, y, c = w.real, w.imag + side * rise, side / radius
-    for _ in range(ROUNDS):
+    for _ in range(CENTRE_SHIFT.rounds):
         arm = np.hypot(c * x, 1 - c * y)
         far = (2 * y - c * (x * x + y * y)) / (1 + arm)
         # a small shift of the centre adds a cosine and a sine
@@ -40,7 +45,7 @@ def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float
         known = (far / deviation).astype(float)
         fit, largest, _ = uniform_fit(terms[..., None], known[:, None])
         by = deviation * fit[:, 0]
-        if np.abs(fit).max() <= STILL * largest[0]:
+        if np.abs(fit).max() <= CENTRE_SHIFT.last * largest[0]:
             break
         y, x = y - by[0], x + by[1] / unit
     return np.asarray(far - by @ terms)

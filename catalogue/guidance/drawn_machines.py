@@ -5,6 +5,8 @@ The allowance is of first order in the scatter; here the finite motion of every 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.linkage import Linkage
@@ -19,19 +21,19 @@ from .sensitivity import COUNT, displaced
 from .trace import Traced, over
 from .wide_arc import along_circuits, traced_about
 
-#: Machines that are drawn: a share of 95 per cent is then known to 0.7 per cent, one standard
-#: deviation.
-DRAWS = 1000
-#: Seed of the draws: an answer is told the same share every time.
-SEED = 0
-#: Intervals between the Chebyshev points of a path.
-NODES = 32
-#: Most Newton steps to the ends of a window.
-ROUNDS = 10
-#: Step of the difference quotient of a speed [windows].
-STEP = 1e-6
-#: Error of an end at which it is reached [strokes].
-REACHED = 1e-7
+
+class Simulation(NamedTuple):
+    """How machines are drawn and measured."""
+
+    draws: int = 1000  #: Machines: a share of 95 % is then known to 0.7 %, one standard deviation.
+    seed: int = 0  #: seed of the draws: an answer has the same share every time
+    nodes: int = 32  #: intervals between the Chebyshev points of a path
+    rounds: int = 10  #: most Newton steps to the ends of a window
+    step: float = 1e-6  #: step of the difference quotient of a speed [windows]
+    reached: float = 1e-7  #: error of an end at which it is reached [strokes]
+
+
+SIMULATION = Simulation()
 
 
 def kept_share(
@@ -41,7 +43,7 @@ def kept_share(
     zone: Zone,
     scatter: float,
     tolerance: float,
-    draws: int = DRAWS,
+    draws: int = SIMULATION.draws,
 ) -> float:
     """Return the share of machines whose path keeps a tolerance.
 
@@ -74,16 +76,16 @@ def kept_share(
         window = _window(moved, nominal, low[0], high[0])
         if zone.free:
             held = along_path(moved, -1 / nominal.radius) if zone.circle and zone.free == 2 else None
-            deviation = over(moved, *window, circle=zone.circle, nodes=NODES, held=held).fit.deviation
+            deviation = over(moved, *window, circle=zone.circle, nodes=SIMULATION.nodes, held=held).fit.deviation
         else:
-            share = 0.5 * (1 + grid(4 * NODES).nodes[:, None])
+            share = 0.5 * (1 + grid(4 * SIMULATION.nodes).nodes[:, None])
             t = window[0] + (window[1] - window[0]) * share
             deviation = largest(np.abs(nominal.off(moved.motion.pose(t).point(point))))
         return float(np.count_nonzero(deviation <= tolerance) / draws)
 
 
 def kept_share_over_arc(
-    guides: CircuitCurve, traced: Traced, angle: float, scatter: float, tolerance: float, draws: int = DRAWS
+    guides: CircuitCurve, traced: Traced, angle: float, scatter: float, tolerance: float, draws: int = SIMULATION.draws
 ) -> float:
     """Return the share of machines that keep a tolerance along a wide arc.
 
@@ -106,7 +108,7 @@ def kept_share_over_arc(
 def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> tuple[Linkage, Complexes]:
     """Return machines of one guide whose pivots and guided points scatter."""
     each = np.zeros(draws, int)
-    steps = scatter * np.random.default_rng(SEED).normal(size=(draws, COUNT)) * scattered(guides.linkage)
+    steps = scatter * np.random.default_rng(SIMULATION.seed).normal(size=(draws, COUNT)) * scattered(guides.linkage)
     linkage, point, _ = displaced(guides.linkage[each], guides.point[each], steps)
     return linkage, point
 
@@ -123,12 +125,12 @@ def _window(guides: CouplerCurve, nominal: Nominal, low: float, high: float) -> 
 
     ends = nominal.along(np.array([0.0, nominal.stroke]))[0]
     goal = ends if along(np.full(n, low)).mean() < along(np.full(n, high)).mean() else ends[::-1]
-    step = STEP * (high - low)
+    step = SIMULATION.step * (high - low)
     found = []
     for end, wanted in zip((low, high), goal, strict=True):
         t = np.full(n, end)
-        for _ in range(ROUNDS):
+        for _ in range(SIMULATION.rounds):
             missing = wanted - along(t)
             t = t + missing * step / (along(t + step) - along(t))
-        found.append(np.where(np.abs(missing) < REACHED * nominal.stroke, t, np.nan))
+        found.append(np.where(np.abs(missing) < SIMULATION.reached * nominal.stroke, t, np.nan))
     return found[0], found[1]

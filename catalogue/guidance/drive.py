@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,12 +22,16 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Intervals between the Chebyshev points of the stroke to evaluate and differentiate a motion.
-NODES = 32
-#: Most intervals, near a dead point.
-MOST = 256
-#: Relative error of a crank speed above which the grid is refined.
-MISSED = 1e-4
+
+class DriveGrid(NamedTuple):
+    """Grid on which a motion is evaluated and differentiated."""
+
+    nodes: int = 32  #: intervals between the Chebyshev points of the stroke
+    most: int = 256  #: most intervals, near a dead point
+    missed: float = 1e-4  #: relative error of a crank speed above which the grid is refined
+
+
+DRIVE_GRID = DriveGrid()
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def drive_metrics(
     measures: Measures,
     *,
     inverse: bool = False,
-    nodes: int = NODES,
+    nodes: int = DRIVE_GRID.nodes,
 ) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke.
 
@@ -103,8 +107,8 @@ def drive_metrics(
             np.where(steady, radius * least, np.nan),
             np.degrees(largest(moves.turn) + largest(-moves.turn)),
         )
-    rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > MISSED))
-    if nodes >= MOST or not len(rough):
+    rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > DRIVE_GRID.missed))
+    if nodes >= DRIVE_GRID.most or not len(rough):
         return found
     finer = drive_metrics(guides[rough], traced[rough], measures[rough], inverse=inverse, nodes=2 * nodes)
     return put(found, rough, finer)
@@ -127,7 +131,12 @@ class SampledPoses:
 
     @classmethod
     def of(
-        cls, guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False
+        cls,
+        guides: CouplerCurve | CircuitCurve,
+        traced: Traced,
+        nodes: int = DRIVE_GRID.nodes,
+        *,
+        inverse: bool = False,
     ) -> SampledPoses:
         """Return the positions of traced guides.
 

@@ -9,28 +9,33 @@ free coordinate.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import motion
 from ..kinematics.types import Complexes, Floats
-from .allowance import LARGEST, References, Response, allowed, scattered, shortest
-from .drawn_machines import DRAWS, SEED
+from .allowance import ALLOWANCE, References, Response, allowed, scattered, shortest
+from .drawn_machines import SIMULATION
 from .dwell import joint_places
 from .minimum_zone import grid
 from .sensitivity import COUNT, displaced
 
-#: Intervals between the Chebyshev points of the dwell.
-STATIONS = 32
-#: Intervals for a simulated machine.
-DRAWN = 64
-#: Step of the differences [length of the driving crank].
-STEP = 1e-5
-#: Coordinates of the output dyad, joint and pivot of the rocker.
-OUTPUT = 4
+
+class DwellScatter(NamedTuple):
+    """Grids of the allowance of a dwell."""
+
+    stations: int = 32  #: intervals between the Chebyshev points of the dwell
+    drawn: int = 64  #: the intervals for a simulated machine
+    step: float = 1e-5  #: step of the differences [length of the driving crank]
+    output: int = 4  #: coordinates of the output dyad, joint and pivot of the rocker
+
+
+DWELL_SCATTER = DwellScatter()
+
 #: All coordinates, those of the linkage first.
-ALL = COUNT + OUTPUT
+ALL = COUNT + DWELL_SCATTER.output
 
 
 @dataclass(frozen=True)
@@ -70,13 +75,13 @@ class Standing:
         Returns
         -------
         float
-            At most `LARGEST` of the shortest link; negative where the rocker strays farther as it
-            is [length].
+            At most `ALLOWANCE.largest` of the shortest link; negative where the rocker strays
+            farther as it is [length].
         """
-        nodes = grid(STATIONS)
-        steps = STEP * np.concatenate([np.eye(ALL), -np.eye(ALL), np.zeros((1, ALL))])
+        nodes = grid(DWELL_SCATTER.stations)
+        steps = DWELL_SCATTER.step * np.concatenate([np.eye(ALL), -np.eye(ALL), np.zeros((1, ALL))])
         angles = self._angles(steps, nodes.nodes)
-        across = (angles[:, :ALL] - angles[:, ALL:-1])[None] / (2 * STEP)
+        across = (angles[:, :ALL] - angles[:, ALL:-1])[None] / (2 * DWELL_SCATTER.step)
         across = np.where(self._scattered, across, 0.0)
         fine = nodes.fine @ angles[:, -1]
         middle = 0.5 * (fine.max() + fine.min())
@@ -85,21 +90,21 @@ class Standing:
         here = Response(error, place, np.ones_like(place), across, np.zeros(0), np.zeros(0), deviation)
         found = References.of(here, 1)
         links = [abs(self.point - self.joint), abs(self.joint - self.pivot), shortest(self.linkage)[0]]
-        return float(min(allowed(found, deviation, np.array([0.5 * band]))[0], LARGEST * min(links)))
+        return float(min(allowed(found, deviation, np.array([0.5 * band]))[0], ALLOWANCE.largest * min(links)))
 
-    def kept_share(self, scatter: float, band: float, draws: int = DRAWS) -> float:
+    def kept_share(self, scatter: float, band: float, draws: int = SIMULATION.draws) -> float:
         """Compute the fraction of simulated machines within a band [rad], at a scatter [length].
 
         Machines that do not run through the dwell are outside.
         """
-        steps = scatter * np.random.default_rng(SEED).normal(size=(draws, ALL)) * self._scattered
+        steps = scatter * np.random.default_rng(SIMULATION.seed).normal(size=(draws, ALL)) * self._scattered
         with np.errstate(all="ignore"):
-            ranges = np.ptp(self._angles(steps, grid(DRAWN).nodes), axis=0)
+            ranges = np.ptp(self._angles(steps, grid(DWELL_SCATTER.drawn).nodes), axis=0)
         return float(np.count_nonzero(ranges <= band) / draws)
 
     @property
     def _scattered(self) -> Floats:
-        return np.concatenate([scattered(self.linkage)[0], np.ones(OUTPUT, bool)])
+        return np.concatenate([scattered(self.linkage)[0], np.ones(DWELL_SCATTER.output, bool)])
 
     def _angles(self, steps: Floats, nodes: Floats) -> Floats:
         """Compute the rocker angles (m, n) [rad] of machines displaced by steps (n, 14)."""

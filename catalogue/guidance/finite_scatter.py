@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics.types import Complexes, Floats
-from .allowance import LARGEST, LEAST_LEFT, Reach, Zone, expected_deviation, reaches, responses, shortest
+from .allowance import ALLOWANCE, Reach, Zone, expected_deviation, reaches, responses, shortest
 from .circuit_curve import CircuitCurve
 from .coupler_curve import CouplerCurve, coupler_curve
 from .minimum_zone import Fit, concentric, seen
@@ -26,22 +26,25 @@ from .trace import Traced, over
 #: Free coordinates of an arc of any radius; lines and arcs of a given radius keep 95 +- 1 per cent
 #: without displaced machines, see tests/benchmarks/allowance.py.
 FREE = 3
-#: Directions in which machines are displaced, of 120; half as many leave the probability open by 2
-#: per cent.
-DISPLACED = 32
-#: Intervals between the Chebyshev points of a path.
-NODES = 32
-#: Newton steps to the ends of a window.
-ROUNDS = 6
-#: Part of a window by which speeds are differenced.
-STEP = 1e-6
-#: Part of the stroke within which an end is reached.
-REACHED = 1e-7
-#: Part of the way to the tolerance that is left along a direction in which a displaced machine does
-#: not run.
-BROKEN = 0.5
-#: Least part of the tolerance that must be left for a path to be displaced [tolerances].
-LEFT = 0.02
+
+
+class FiniteScatter(NamedTuple):
+    """How machines are displaced along arcs of free radius."""
+
+    #: Directions in which machines are displaced, of 120; half as many leave the probability open
+    #: by 2 %.
+    directions: int = 32
+    nodes: int = 32  #: intervals between the Chebyshev points of a path
+    rounds: int = 6  #: Newton steps to the ends of a window
+    step: float = 1e-6  #: step of the difference quotient of a speed [windows]
+    reached: float = 1e-7  #: error of an end at which it is reached [strokes]
+    #: Part of the way to the tolerance that counts along a direction in which a displaced machine
+    #: does not run.
+    broken: float = 0.5
+    left: float = 0.02  #: least part of the tolerance that a displaced path must have left
+
+
+SCATTER = FiniteScatter()
 
 
 class Remainder(NamedTuple):
@@ -52,24 +55,26 @@ class Remainder(NamedTuple):
 
 
 def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
-    """Compute the allowances of traced guides for an answer, at most `LARGEST`, (n,) [length].
+    """Compute the allowances of traced guides for an answer, shape (n,) [length].
+
+    They are at most `ALLOWANCE.largest` of the shortest link.
 
     Parameters
     ----------
     asked : float or ndarray, shape (n,)
-        Largest deviations that are allowed [length].
+        Tolerances [length].
     """
     with np.errstate(all="ignore"):
         here = responses(guides, traced, zone, rough=False)
         good = np.flatnonzero(np.isfinite(here.deviation))
         deviation, asked = here.deviation[good], np.broadcast_to(asked, here.deviation.shape)[good]
-        at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
+        at = np.maximum(asked, deviation * (1 + ALLOWANCE.least_left))
         reach = reaches(here[good], zone.free, at)
         linear = reach.scatter() * (asked - deviation) / (at - deviation)
         more = remainder(at, guides[good], traced[good], zone, reach)
     out = np.full(len(guides), np.nan)
     out[good] = linear * np.exp(more.log_allowance)
-    return np.asarray(np.minimum(out, LARGEST * shortest(guides.linkage)))
+    return np.asarray(np.minimum(out, ALLOWANCE.largest * shortest(guides.linkage)))
 
 
 def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
@@ -103,18 +108,18 @@ def remainder(
     if isinstance(guides, CircuitCurve) or zone.free < FREE:
         return found
     with np.errstate(all="ignore"):
-        good = np.flatnonzero((deviation < (1 - LEFT) * tolerance) & (guides.motion.branch == 0))
+        good = np.flatnonzero((deviation < (1 - SCATTER.left) * tolerance) & (guides.motion.branch == 0))
         if not len(good):
             return found
         some, tolerance, reach = guides[good], tolerance[good], reach[good]
         share = reach.shares(reach.scatter())
-        which = np.argsort(-share, axis=1, kind="stable")[:, :DISPLACED]
+        which = np.argsort(-share, axis=1, kind="stable")[:, : SCATTER.directions]
         row = np.arange(len(good))[:, None]
         share, margin = share[row, which], reach.margin[row, which]
         steps = reach.direction[row, which] / reach.nearness[row, which][..., None]
         there = _deviations(some, traced[good], zone, steps.reshape(-1, steps.shape[-1])).reshape(share.shape)
         more = (there - tolerance[:, None]) / margin
-        lasts = np.where(np.isfinite(more), 1 / (1 + np.maximum(more, BROKEN - 1)), BROKEN)
+        lasts = np.where(np.isfinite(more), 1 / (1 + np.maximum(more, SCATTER.broken - 1)), SCATTER.broken)
         found.log_allowance[good] = (share * np.log(lasts)).sum(1) / share.sum(1)
         weight = share / margin
         found.deviation[good] = (weight * (1 / lasts - 1) * margin).sum(1) / weight.sum(1)
@@ -133,7 +138,7 @@ def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats)
     at, fit = traced[each], traced.fit[each]
     moved = coupler_curve(linkage, point, chart=guides.motion.chart[each], least=0.5 * float(fit.stroke.max()))
     low, high = _window(moved, at)
-    deviation = over(moved, low, high, circle=zone.circle, nodes=NODES).fit.deviation
+    deviation = over(moved, low, high, circle=zone.circle, nodes=SCATTER.nodes).fit.deviation
     out = np.full(len(steps), np.nan)
     out[valid] = deviation.astype(float)
     return out
@@ -148,7 +153,7 @@ def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     low, high = traced.low.astype(float), traced.high.astype(float)
     ends = np.stack([fit.start, fit.start + fit.stroke * fit.along])
     goal = _along(fit, ends)
-    step, found = STEP * (high - low), []
+    step, found = SCATTER.step * (high - low), []
 
     def along(t: Floats) -> Floats:
         place: Floats = _along(fit, guides.motion.pose(t[None]).point(guides.point))[0]
@@ -157,11 +162,11 @@ def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     back = along(low) > along(high)
     for t, wanted in ((low, np.where(back, goal[1], goal[0])), (high, np.where(back, goal[0], goal[1]))):
         missing = np.full(len(t), np.inf)
-        for _ in range(ROUNDS):
+        for _ in range(SCATTER.rounds):
             now = along(t)
             missing = wanted - now
             t = t + missing * step / (along(t + step) - now)
-        found.append(np.where(np.abs(missing) < REACHED * fit.stroke, t, np.nan))
+        found.append(np.where(np.abs(missing) < SCATTER.reached * fit.stroke, t, np.nan))
     return found[0], found[1]
 
 

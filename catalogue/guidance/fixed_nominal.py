@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,15 +12,19 @@ from .coupler_curve import CouplerCurve
 from .minimum_zone import Fit, grid, largest, rise_over
 from .trace import Traced
 
-#: Corrections of a window until its ends are those of the nominal.
-ROUNDS = 5
-#: Part of the stroke up to which they are.
-ENDS = 1e-9
-#: Part of the deviation that the nodes may leave open; else it is measured again with twice and
-#: four times as many.
-RESOLVED = 1e-4
-#: A path that leaves the nominal farther than this part of the stroke is not followed.
-AWAY = 0.1
+
+class FixedNominal(NamedTuple):
+    """How a path is measured from a nominal fixed in place."""
+
+    rounds: int = 5  #: corrections of a window until its ends are those of the nominal
+    ends: float = 1e-9  #: error of the ends at which they are [strokes]
+    #: Part of the deviation that the nodes may miss; else it is measured again with twice and four
+    #: times as many.
+    resolved: float = 1e-4
+    away: float = 0.1  #: distance from the nominal up to which a path is followed [strokes]
+
+
+NOMINAL = FixedNominal()
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,7 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
     with np.errstate(all="ignore"):
         wanted = nominal.along(ends)[0]
         u = ((ends - guides.point) * guides.tangent.conj()).real
-        for _ in range(ROUNDS):
+        for _ in range(NOMINAL.rounds):
             t = np.stack(guides.window(*np.clip(u, -guides.extent[0], guides.extent[1])))
             x, y = guides.path(t)
             now, heading = nominal.along(guides.point + (x + 1j * y) * guides.tangent)
@@ -80,13 +85,13 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
             u = u + missing * (heading * guides.tangent.conj()).real
     deviation, unresolved, forward = _measured(guides, t, nominal, onward, nodes)
     for more in (2, 4):
-        again = np.isfinite(deviation) & (unresolved > RESOLVED * deviation + 1e-15 * stroke)
+        again = np.isfinite(deviation) & (unresolved > NOMINAL.resolved * deviation + 1e-15 * stroke)
         if not again.any():
             break
         part = _measured(guides[again], t[:, again], nominal, onward[again], more * nodes)
         deviation[again], unresolved[again], forward[again] = part
     with np.errstate(all="ignore"):
-        good = forward & (np.abs(missing).max(0) < ENDS * stroke) & (deviation < AWAY * stroke)
+        good = forward & (np.abs(missing).max(0) < NOMINAL.ends * stroke) & (deviation < NOMINAL.away * stroke)
     deviation = np.where(good, deviation, np.nan)
     way = np.where(onward, 1.0, -1.0)
     chord, bend = np.full(len(guides), stroke), -way / nominal.radius

@@ -33,7 +33,7 @@ Uebertragungswinkel, 1932.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -150,13 +150,18 @@ def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
 
-#: Positions to evaluate transmission angle and path; four times as many where the error is too
-#: large.
-POSES = 17
-#: Most positions.
-MOST = 257
-#: Error above which the grid is refined: of the sine of the angle, and of the path over the size.
-MISSED = 1e-4
+class MetricsGrid(NamedTuple):
+    """Grid of transmission angle and path."""
+
+    poses: int = 17  #: positions; four times as many where the error is too large
+    most: int = 257  #: most positions
+    #: Error above which the grid is refined: of the sine of the angle, and of the path over the
+    #: size.
+    missed: float = 1e-4
+
+
+METRICS_GRID = MetricsGrid()
+
 #: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs
 #: no guide.
 LEAST_ARM = 0.05
@@ -172,7 +177,7 @@ class Measures(Rows):
     ----------
     size : ndarray
         Diameter of the finite pivots, of rails and slots, in mid-stroke, together with the guided
-        path, read between `POSES` points of it.
+        path, read between `METRICS_GRID.poses` points of it.
     max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray
@@ -188,7 +193,7 @@ class Measures(Rows):
         crank.
     drive_angle, rotation : ndarray
         By how much that crank turns from end to end, NaN without one; range of the coupler's
-        angles, as far as `POSES` positions show it [deg].  More exactly:
+        angles, as far as `METRICS_GRID.poses` positions show it [deg].  More exactly:
         `catalogue.guidance.drive`.
     rotates : ndarray of int
         Bit i: the crank of dyad i turns fully.
@@ -222,7 +227,7 @@ class Measures(Rows):
 def measure(
     guides: CouplerCurve | CircuitCurve,
     traced: Traced,
-    poses: int = POSES,
+    poses: int = METRICS_GRID.poses,
     *,
     in_middle: bool = False,
     turning: bool = False,
@@ -300,8 +305,8 @@ def measure(
         travels(slides),
         slides,
     )
-    rough = np.flatnonzero(missed > MISSED)
-    if not len(rough) or poses >= MOST:
+    rough = np.flatnonzero(missed > METRICS_GRID.missed)
+    if not len(rough) or poses >= METRICS_GRID.most:
         return found
     more = 4 * (poses - 1) + 1
     finer = measure(

@@ -24,20 +24,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kinematics.batch import Columns
 from ..kinematics.types import Array, Indices, Mask
 
-#: Most exchanges to the best polynomial.
-EXCHANGES = 12
-#: Most linearisations of a circle.
-PASSES = 5
-#: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends may be
-#: farthest apart.
-WIDE = 0.86
+
+class MinimumZone(NamedTuple):
+    """Iterations of the minimum zone."""
+
+    exchanges: int = 12  #: most exchanges to the best polynomial
+    passes: int = 5  #: most linearisations of a circle
+    #: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends
+    #: may be farthest apart.
+    wide: float = 0.86
+
+
+MINIMUM_ZONE = MinimumZone()
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,7 @@ class Fit(Columns):
     @property
     def is_wide(self) -> Mask:
         """Whether arcs are near a half circle, or beyond."""
-        return np.asarray(np.abs(self.rise) > WIDE * 0.5 * self.stroke)
+        return np.asarray(np.abs(self.rise) > MINIMUM_ZONE.wide * 0.5 * self.stroke)
 
 
 def rise_over(stroke: Array, curvature: Array) -> Array:
@@ -192,7 +197,7 @@ def alternating(
         heading, centre, open_ = chord.copy(), np.zeros_like(origin), np.arange(u.shape[1])
         deviation, reach = np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
         alternates = index.copy()
-        for _ in range(PASSES):
+        for _ in range(MINIMUM_ZONE.passes):
             at, ahead = centre[open_], heading[open_]
             bend, far = curvature[open_], reach[open_]
             y, x, weight = (polar if held is None else concentric)(*seen(u, v, at, ahead), bend)
@@ -271,7 +276,7 @@ def exchange(
     index, c, level, value = index.copy(), np.empty((size - 1, n), g.dtype), np.empty(n, g.dtype), np.empty(n, g.dtype)
     for peaks_too in (False, True) if between else (False,):
         open_, xs, gs, bs, at = np.arange(n), x, g, by, index
-        for _ in range(EXCHANGES):
+        for _ in range(MINIMUM_ZONE.exchanges):
             column = np.arange(len(open_))
             c[:, open_], level[open_] = _level(xs, gs[at, column], at, sign, bs)
             if peaks_too:

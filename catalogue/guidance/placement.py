@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,22 +14,25 @@ from .metrics import middle_of_stroke
 from .minimum_zone import Fit, rise_over
 from .trace import Traced, extended, trace
 
-#: Below this deviation over stroke a guide is measured again in extended precision.
-FINE = 1e-11
-#: Corrections of a window to the requested chord.
-ROUNDS = 3
-#: Corrections of a window from a cusp: its chord turns as it grows.
-ROUNDS_AT_CUSP = 10
-#: Most corrections until the ends of a path are equally far from its guided point: near a half
-#: circle each leaves up to a third of the last.
-ROUNDS_ABOUT_POINT = 30
-#: Correction of an end below which it stays [half windows]: answers that are read again keep 11
-#: digits of their stroke.
-STILL = 1e-12
-#: Smallest relative correction of a stroke.
-REACHED = 1e-11
-#: Most corrections of a stroke.
-CORRECTIONS = 2
+
+class Placement(NamedTuple):
+    """Corrections of a window to the requested stroke."""
+
+    #: Deviation below which a guide is measured again in extended precision [strokes].
+    fine: float = 1e-11
+    rounds: int = 3  #: corrections to the requested chord
+    cusp_rounds: int = 10  #: corrections from a cusp: the chord turns as it grows
+    #: Most corrections until the ends of a path are equally far from its guided point: near a half
+    #: circle each leaves up to a third of the last.
+    point_rounds: int = 30
+    #: Correction of an end below which it stays [half windows]: answers that are read again keep
+    #: 11 digits of their stroke.
+    still: float = 1e-12
+    reached: float = 1e-11  #: smallest relative correction of a stroke
+    corrections: int = 2  #: most corrections of a stroke
+
+
+PLACEMENT = Placement()
 
 
 def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Array, Traced]:
@@ -104,21 +108,21 @@ def at_stroke(
 ) -> Traced:
     """Trace guides, points unchanged, over windows of exactly this stroke.
 
-    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended
-    precision if `extend`. With the `curvature` of arcs that run from (0, 0) to (stroke, 0),
-    positive for a centre above, that is the one of the nominal.
+    NaN where the guide does not reach so far.  If `extend`, deviations below `PLACEMENT.fine` are
+    measured in extended precision.  With the `curvature` of arcs that run from (0, 0) to (stroke,
+    0), positive for a centre above, that is the curvature of the nominal.
     """
     held = None if curvature is None else along_path(guides, curvature)
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
     at, rest = np.flatnonzero(guides.cusp), np.flatnonzero(~guides.cusp)
-    for _ in range(ROUNDS_AT_CUSP if len(at) else 0):
+    for _ in range(PLACEMENT.cusp_rounds if len(at) else 0):
         with np.errstate(all="ignore"):
             half[at] *= stroke[at] / _from_cusp(guides[at], half[at], circle, nodes)
     half[rest], centre[rest] = _about_point(guides[rest], stroke[rest])
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
     found, half, centre = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
-    fine = (found.relative < FINE) & extend
+    fine = (found.relative < PLACEMENT.fine) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
             extended(guides[fine]),
@@ -148,14 +152,14 @@ def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
     """
     low, high = -0.5 * stroke, 0.5 * stroke
     left, extent = np.arange(len(guides)), guides.extent
-    for _ in range(ROUNDS_ABOUT_POINT):
+    for _ in range(PLACEMENT.point_rounds):
         here = guides[left]
         inside = np.maximum(low[left], -extent[0, left]), np.minimum(high[left], extent[1, left])
         u, v = here.path(np.stack(here.window(*inside)))
         first, last = _ends_on_circle(u + 1j * v, stroke[left])
         moved = np.maximum(np.abs(first - low[left]), np.abs(last - high[left]))
         low[left], high[left] = first, last
-        left = left[moved > STILL * stroke[left]]
+        left = left[moved > PLACEMENT.still * stroke[left]]
         if not len(left):
             break
     return 0.5 * (high - low), (high + low) / (high - low)
@@ -223,13 +227,13 @@ def _corrected(
     along that line the guided point, unless it returns, is to be halfway.
     """
     stroke, half, centre = np.broadcast_to(stroke, half.shape), half.copy(), centre.copy()
-    for _ in range(CORRECTIONS):
+    for _ in range(PLACEMENT.corrections):
         fit = found.fit
         with np.errstate(all="ignore"):
             ratio = stroke / fit.stroke
             ahead = ((guides.point - fit.start) * fit.along.conj()).real - 0.5 * fit.stroke
         ahead = np.where(guides.cusp | circle, 0.0, ahead)
-        off = np.flatnonzero((np.abs(ratio - 1) > REACHED) | (np.abs(ahead) > REACHED * stroke))
+        off = np.flatnonzero((np.abs(ratio - 1) > PLACEMENT.reached) | (np.abs(ahead) > PLACEMENT.reached * stroke))
         if not len(off):
             break
         middle = centre[off] * half[off] + ahead[off]
@@ -247,7 +251,7 @@ def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats)
 
     Nothing is fitted.
     """
-    for _ in range(ROUNDS):
+    for _ in range(PLACEMENT.rounds):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)
         u, v = guides.path(np.stack([low, high]))
         with np.errstate(all="ignore"):

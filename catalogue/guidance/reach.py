@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..kinematics.batch import Columns, mapped
 from ..kinematics.types import Array, Floats, Mask
 from .coupler_curve import CouplerCurve
-from .trace import OFF_CENTRE, Traced, trace
+from .trace import SPLITTING, Traced, trace
 
 #: Ladder of relative deviations, as decimal exponents.
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
-#: Trial strokes: a geometric sequence down from the longest.
-STROKES = 10
-#: Ratio of two successive trial strokes.
-RATIO = 0.62
-#: Corrections of a window about a change point: they leave less than 1e-4 of the half window open.
-ROUNDS = 4
-#: Intervals between the Chebyshev points of a window.
-NODES = 16
-#: Part of the extent that is used: at its very end the path turns back.
-USABLE = 0.95
+
+
+class ReachOptions(NamedTuple):
+    """Trial strokes of a reach."""
+
+    strokes: int = 10  #: trial strokes: a geometric sequence down from the longest
+    ratio: float = 0.62  #: ratio of two successive trial strokes
+    #: Corrections of a window about a change point: they leave less than 1e-4 of the half window
+    #: open.
+    rounds: int = 4
+    nodes: int = 16  #: intervals between the Chebyshev points of a window
+    usable: float = 0.95  #: part of the extent that is used: at its very end the path turns back
+
+
+REACH = ReachOptions()
 
 
 @dataclass(frozen=True)
@@ -50,14 +56,14 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
     centre = np.zeros(n)
     if three.any():
         some = guides[three]
-        shortest = 0.3 * _longest(some, OFF_CENTRE)
-        options = np.array([0.0, OFF_CENTRE, -OFF_CENTRE])
-        tried = [trace(some, shortest, circle=circle, split=True, centre=c, nodes=NODES) for c in options]
+        shortest = 0.3 * _longest(some, SPLITTING.off_centre)
+        options = np.array([0.0, SPLITTING.off_centre, -SPLITTING.off_centre])
+        tried = [trace(some, shortest, circle=circle, split=True, centre=c, nodes=REACH.nodes) for c in options]
         relative = np.stack([one.relative for one in tried])
         centre[three] = options[np.argmin(np.where(np.isnan(relative), np.inf, relative), axis=0)]
-    half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
-    each = np.tile(np.arange(n), STROKES)
-    found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=NODES)
+    half = _longest(guides, centre) * REACH.ratio ** np.arange(REACH.strokes)[:, None]
+    each = np.tile(np.arange(n), REACH.strokes)
+    found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=REACH.nodes)
     return Ladder(half, mapped(lambda values: values.reshape(half.shape), found), centre)
 
 
@@ -92,7 +98,12 @@ def reach(
             share = np.where(np.isfinite(share), share, 0.5)
             tried = np.exp(np.log(good) + share * (np.log(bad) - np.log(good)))
             now = trace(
-                guides[open_], tried[open_], circle=circle, split=True, centre=ladder.centre[open_], nodes=NODES
+                guides[open_],
+                tried[open_],
+                circle=circle,
+                split=True,
+                centre=ladder.centre[open_],
+                nodes=REACH.nodes,
             )
             e = np.full(len(guides), np.nan)
             e[open_] = np.log(now.relative / tolerance[open_])
@@ -128,16 +139,18 @@ def about_change_points(
     if not len(some):
         return half, centre, found
     at, half, centre = guides[some], half.copy(), np.broadcast_to(centre, half.shape).copy()
-    for _ in range(ROUNDS):
+    for _ in range(REACH.rounds):
         now = found[some]
         with np.errstate(all="ignore"):
             run = ((at.point + now.shift - now.fit.start) * now.fit.along.conj()).real
             centre[some] += 2 * run / now.fit.stroke - 1
             half[some] = np.minimum(half[some], _longest(at, centre[some]))
-        found = found.replaced(some, trace(at, half[some], circle=circle, split=True, centre=centre[some], nodes=NODES))
+        found = found.replaced(
+            some, trace(at, half[some], circle=circle, split=True, centre=centre[some], nodes=REACH.nodes)
+        )
     return half, centre, found
 
 
 def _longest(guides: CouplerCurve, centre: Array | float) -> Array:
     low, high = guides.extent
-    return np.asarray(USABLE * np.minimum(low / (1 - centre), high / (1 + centre)))
+    return np.asarray(REACH.usable * np.minimum(low / (1 - centre), high / (1 + centre)))

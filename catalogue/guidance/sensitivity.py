@@ -19,7 +19,7 @@ root of the sum of |g_i|^2.  Both are taken where on the stroke they are largest
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -139,12 +139,15 @@ def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage
     return made, (point + step[:, 8] + 1j * step[:, 9])[good], good
 
 
-#: Intervals between the evaluated positions.
-NODES = 32
-#: Most intervals.
-MOST = 512
-#: Relative error of the sum of squares above which the grid is refined.
-MISSED = 1e-3
+class SensitivityGrid(NamedTuple):
+    """Grid of the sensitivity."""
+
+    nodes: int = 32  #: intervals between the evaluated positions
+    most: int = 512  #: most intervals
+    missed: float = 1e-3  #: relative error of the sum of squares above which the grid is refined
+
+
+SENSITIVITY = SensitivityGrid()
 
 
 @dataclass(frozen=True)
@@ -171,7 +174,10 @@ class Sensitivity:
 
 
 def sensitivity(
-    guides: CouplerCurve | CircuitCurve, traced: Traced, stations: int = NODES, most: int = MOST
+    guides: CouplerCurve | CircuitCurve,
+    traced: Traced,
+    stations: int = SENSITIVITY.nodes,
+    most: int = SENSITIVITY.most,
 ) -> Sensitivity:
     """Compute the sensitivities of traced guides with unchanged points that do not return.
 
@@ -192,7 +198,7 @@ def sensitivity(
         _largest(given**2, stations),
     )
     squares = (given**2).sum(-1)
-    rough = np.flatnonzero(np.abs(points.coefficients[-2:] @ squares).sum(0) > MISSED * squares.max(0))
+    rough = np.flatnonzero(np.abs(points.coefficients[-2:] @ squares).sum(0) > SENSITIVITY.missed * squares.max(0))
     if stations >= most or not len(rough):
         return found
     return put(found, rough, sensitivity(guides[rough], traced[rough], 2 * stations, most))

@@ -24,23 +24,28 @@ from ..kinematics.types import Complexes, Floats, Mask
 from .minimum_zone import grid
 from .sensitivity import PoseJacobian, jacobian_at
 
-#: Intervals between the stations at first: most deviations are then known to some per cent.
-INTERVALS = 16
-#: Newton steps to a station, and to all at once after a move; then as many for those that lag.
-STEPS = 3
-#: Last Newton step of what was reached [strokes, rad]: the next one would be its square.
-REACHED = 1e-4
-#: The same where no machine needs more steps.
-CLOSE = 1e-5
-#: Largest distance from the nominal of a machine that is still one of its guides [strokes].
-ASTRAY = 0.5
-#: Least radius of a nominal [strokes]: half a circle has 0.5.
-SHARPEST = 0.5005
-#: Step of the differences by the curvature [1/stroke].
-BEND_STEP = 1e-6
+
+class StationOptions(NamedTuple):
+    """How machines are laid at stations along the nominal."""
+
+    #: Intervals between the stations at first: most deviations are then known to some per cent.
+    intervals: int = 16
+    #: Newton steps to a station, and to all at once after a move; then as many for those that lag.
+    steps: int = 3
+    #: Last Newton step to a station that is reached [strokes, rad]: the next one would be its
+    #: square.
+    reached: float = 1e-4
+    close: float = 1e-5  #: the last step at which no machine needs more steps
+    #: largest distance from the nominal of a machine that is still guided by it [strokes]
+    astray: float = 0.5
+    sharpest: float = 0.5005  #: least radius of a nominal [strokes]: that of half a circle is 0.5
+    bend_step: float = 1e-6  #: step of the differences by the curvature [1/stroke]
 
 
-def nominal(curvature: Floats, intervals: int = INTERVALS) -> tuple[Complexes, Complexes]:
+STATION = StationOptions()
+
+
+def nominal(curvature: Floats, intervals: int = STATION.intervals) -> tuple[Complexes, Complexes]:
     """Return the stations along nominals of curvatures (n,), and unit vectors along these there.
 
     Parameters
@@ -147,7 +152,7 @@ class Stationed(Rows):
     def followed(cls, linkage: Linkage, point: Complexes, curvature: Floats) -> Stationed:
         """Follow machines that stand in mid-stroke from there to all stations."""
         place, tangent = nominal(curvature)
-        middle, nodes = INTERVALS // 2, grid(INTERVALS).nodes
+        middle, nodes = STATION.intervals // 2, grid(STATION.intervals).nodes
         dyads = _Dyads.of(linkage, point)
         both = dyads.twice()
         error, angle = np.full(place.shape, np.nan), np.full(place.shape, np.nan)
@@ -155,7 +160,7 @@ class Stationed(Rows):
             base = place - point
             first = -(base[middle] * (1j * tangent[middle]).conj()).real
             error[middle], angle[middle], _ = dyads.towards(
-                base[middle], tangent[middle], first, np.zeros(len(point)), STEPS + 1
+                base[middle], tangent[middle], first, np.zeros(len(point)), STATION.steps + 1
             )
             last = before = np.tile([error[middle], angle[middle]], 2)
             for k in range(1, middle + 1):
@@ -165,7 +170,9 @@ class Stationed(Rows):
                     steps = np.diff(nodes[middle + k - 2 : middle + k + 1])
                     ratio = float(steps[1] / steps[0])
                 guess = last + ratio * (last - before)
-                *reached, _ = both.towards(base[at].reshape(-1), tangent[at].reshape(-1), guess[0], guess[1], STEPS)
+                *reached, _ = both.towards(
+                    base[at].reshape(-1), tangent[at].reshape(-1), guess[0], guess[1], STATION.steps
+                )
                 before, last = last, np.array(reached)
                 error[at], angle[at] = last.reshape(2, 2, -1)
         return cls.settled(linkage, point, curvature, error.T, angle.T)
@@ -177,10 +184,10 @@ class Stationed(Rows):
         dyads = _Dyads.of(linkage, point)
         with np.errstate(all="ignore"):
             base = place - point
-            e, t, missed = dyads.towards(base, tangent, error.T, angle.T, STEPS)
-            if not (missed.max(0) < CLOSE).all():
-                e, t, missed = dyads.towards(base, tangent, e, t, STEPS)
-            reached = (missed.max(0) < REACHED) & (np.abs(e).max(0) < ASTRAY)
+            e, t, missed = dyads.towards(base, tangent, error.T, angle.T, STATION.steps)
+            if not (missed.max(0) < STATION.close).all():
+                e, t, missed = dyads.towards(base, tangent, e, t, STATION.steps)
+            reached = (missed.max(0) < STATION.reached) & (np.abs(e).max(0) < STATION.astray)
         return cls(linkage, point, curvature, e.T, t.T, reached)
 
     def denser(self) -> Stationed:
@@ -219,8 +226,10 @@ class Stationed(Rows):
     @property
     def by_curvature(self) -> Floats:
         """The derivatives of the distances by the curvatures, shape (n, m)."""
-        (place, tangent), (after, _) = (nominal(self.curvature + step, self.intervals) for step in (0.0, BEND_STEP))
-        return np.asarray(-((after - place) * (1j * tangent).conj()).real.T / BEND_STEP)
+        (place, tangent), (after, _) = (
+            nominal(self.curvature + step, self.intervals) for step in (0.0, STATION.bend_step)
+        )
+        return np.asarray(-((after - place) * (1j * tangent).conj()).real.T / STATION.bend_step)
 
     def laid(self, *, any_radius: bool) -> Stationed:
         """Lay machines by the similarities that place their paths best along the nominals.
@@ -228,7 +237,7 @@ class Stationed(Rows):
         A line takes the chord of the path in the mean, an arc of a given radius its place, one
         of any radius all three, in the mean square.  Machines far astray stay.
         """
-        near = self.deviation < ASTRAY
+        near = self.deviation < STATION.astray
         error = np.where(near[:, None], self.error, 0.0)
         if any_radius:
             factor, shift, bend, left = self._of_best_radius(error)
@@ -264,7 +273,7 @@ class Stationed(Rows):
             low, high = centre + (radius + out) * ends / np.abs(ends)
             factor = 1 / (high - low)
             size = np.abs(factor)
-            bend = -1 / np.maximum((radius + out) * size, SHARPEST)
+            bend = -1 / np.maximum((radius + out) * size, STATION.sharpest)
         return factor, -low * factor, bend, left * size[:, None]
 
 
@@ -285,7 +294,7 @@ def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
     across = np.swapaxes(columns, 1, 2)
     square = across @ columns
     diagonal = np.einsum("nii->ni", square)
-    diagonal += 1e-14 * INTERVALS  # a flat arc hardly tells its radius from its place
+    diagonal += 1e-14 * STATION.intervals  # a flat arc hardly tells its radius from its place
     found = np.linalg.solve(square, across @ error[..., None])
     return np.asarray(found[..., 0].T), np.asarray(error - (columns @ found)[..., 0])
 

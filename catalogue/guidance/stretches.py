@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,62 +20,77 @@ from ..kinematics.circuits import Carriers
 from ..kinematics.types import Complexes, Floats, Indices
 from ..threads import Threads
 from .cells import Curves
-from .windows import FINER, LOOSER, NODES, WIDE, Search, Stretches
+from .windows import WINDOW, Search, Stretches
 
-#: Circuits handled at once at most, on one of the cores.
-BLOCK = 1024
-#: So few are not shared among the cores.
-LEAST = 256
-#: Rounds of moves between two choices of windows to follow.
-FIRST = 2
-#: Windows followed per stretch that is wanted: some of them overlap.
-SPARE = 2
-#: Windows of a linkage that are measured to have a first bound, in a quick search.
-SEEN = 4
-#: Windows of a linkage that may be moved on, in a quick search.
-MOVED = 6
+
+class StretchSearch(NamedTuple):
+    """How the straightest stretches of circuits are searched for."""
+
+    block: int = 1024  #: most circuits handled at once, on one of the cores
+    alone: int = 256  #: circuits up to which they are not shared among the cores
+    first: int = 2  #: rounds of moves between two choices of windows to follow
+    spare: int = 2  #: windows followed per stretch that is wanted: some of them overlap
+    #: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
+    checks: int = 4
+
+
+STRETCH_SEARCH = StretchSearch()
+
+
+class QuickSearch(NamedTuple):
+    """Limits of a quick search."""
+
+    seen: int = 4  #: windows of a linkage that are measured for a first bound
+    moved: int = 6  #: windows of a linkage that may be moved on
+    #: Deviation over the best up to which windows are followed after two rounds: the fortieth of a
+    #: window then left changes it by less.
+    close: float = 1.2
+    closer: float = 1.05  #: The ratio after four rounds: a hundredth of a window is left.
+    #: Rounds of moves in the end, which leave 4e-5 of a window: 2e-4 of a deviation at a steep
+    #: limit.
+    last: int = 4
+    #: Growth of the moves over the last ones: over a stroke along the best line, no longer over a
+    #: chord, the best place is another one.
+    again: int = 4
+    #: Least distance of two windows [windows]: about a piece, for of two plateaus of nearly one
+    #: deviation the lower one may be narrow.
+    piece: float = 0.05
+
+
+QUICK_SEARCH = QuickSearch()
+
 #: Windows of a linkage left after each of the first corrections of a stroke, in a quick search.
 KEPT = (3, 2, 1)
-#: Deviations over the best up to which windows are followed after two rounds and after four, in a
-#: quick search: what is left of a way then, a fortieth and a hundredth of a window, changes a
-#: deviation by less.
-CLOSE_ENOUGH = 1.2
-CLOSER = 1.05
-#: Rounds of moves in the end of a quick search, which leave 4e-5 of a window: 2e-4 of a deviation
-#: at a steep limit.
-LAST = 4
-#: Ways by which windows are moved then over those they had last: over a stroke along the best line,
-#: no longer over a chord, the best place is another one.
-AGAIN = 4
-#: The same in a quick search, of a window: about a piece, for of two plateaus of nearly one
-#: deviation the lower one may be narrow.
-PIECE = 0.05
-#: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
-CHECKS = 4
 #: Most corrections of a stroke on the coarse and the fine grid, in a thorough and a quick search.
 CORRECTIONS = ((4, 1), (5, 7))
-#: Relative difference of a feasible and an infeasible stroke at which corrections stop.
-SETTLED = 1e-3
+
+
+class Extension(NamedTuple):
+    """How a stretch is made as long as its deviation permits."""
+
+    #: Relative difference of a feasible and an infeasible stroke at which corrections stop.
+    settled: float = 1e-3
+    inside: float = 1e-3  #: relative margin of the deviation below its bound
+    #: Smallest relative growth of a stroke when an end is moved: at the longest stroke rounding
+    #: gains.
+    gain: float = 1e-7
+    #: Short over long trial move in the final search, which moves both ends of a window.
+    shorter: float = 1 / 8
+    #: directions of these moves: eight miss a ridge of the deviation between two of them
+    directions: int = 16
+    first: float = 1 / 64  #: first length of these moves [windows]
+    last: float = 1e-4  #: last length of these moves [windows]
+    most: int = 20  #: most such moves
+
+
+EXTENSION = Extension()
+
 #: Range of the exponent of the deviation as a power of the stroke.
 STEEP = (0.5, 60.0)
 #: Range of a change of the logarithm of a stroke.
 CHANGE = (-0.5, 0.2)
-#: Relative margin of the deviation below its bound.
-INSIDE = 1e-3
-#: Smallest relative growth of a stroke when an end is moved: at the longest stroke rounding gains.
-GAIN = 1e-7
-#: Ratio of the short to the long trial move in the final search, which moves both ends of a window.
-SHORTER = 1 / 8
-#: Directions of these moves: eight miss a ridge of the deviation between two of them.
-DIRECTIONS = 16
-_TURN = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS).view(float).reshape(-1, 2)
-SIDES = np.kron(SHORTER ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
-#: First length of these moves [windows].
-FIRST_EXTENSION = 1 / 64
-#: Last length of these moves [windows].
-LAST_EXTENSION = 1e-4
-#: Most such moves.
-EXTENSIONS = 20
+_TURN = np.exp(2j * np.pi * np.arange(EXTENSION.directions) / EXTENSION.directions).view(float).reshape(-1, 2)
+SIDES = np.kron(EXTENSION.shorter ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
 
 
 def straightest(
@@ -82,8 +98,8 @@ def straightest(
 ) -> Stretches:
     """Find the straightest stretches of coupler points (k,) on circuits (k,).
 
-    With `count` 1 the best of each linkage; else also others, `SPARE` times `count` at most, as
-    some may overlap.
+    With `count` 1 the best of each linkage; else also others, at most `STRETCH_SEARCH.spare` times
+    `count`, as some may overlap.
 
     Parameters
     ----------
@@ -104,8 +120,8 @@ def straightest(
 def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indices | None = None) -> Stretches:
     """Find the windows of least deviation over strokes (m,), below bounds (k,).
 
-    With `count` 1 the best of each linkage; else that of each curve, and of others up to `SPARE`
-    times `count`.
+    With `count` 1 the best of each linkage; else that of each curve, and of others up to
+    `STRETCH_SEARCH.spare` times `count`.
 
     Parameters
     ----------
@@ -116,24 +132,24 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
     cells = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
     if not len(cells.low):
         return Stretches.none()
-    first = seek.places(cells, SEEN if seek.quick else max(count, 3))
-    at = seek.measured(first[seek.leading(first, first.deviation, SEEN)] if seek.quick else first)
-    at, by = seek.moved(at, 0.5 * WIDE * (at.high - at.low), FIRST)
+    first = seek.places(cells, QUICK_SEARCH.seen if seek.quick else max(count, 3))
+    at = seek.measured(first[seek.leading(first, first.deviation, QUICK_SEARCH.seen)] if seek.quick else first)
+    at, by = seek.moved(at, 0.5 * WINDOW.wide * (at.high - at.low), STRETCH_SEARCH.first)
     more, near = seek.contenders(cells, seek.best(at, bound) if seek.quick else seek.listed(at, bound, count))
     at, by = join(more, at), np.concatenate([near, by])
     if seek.quick:
-        lead = seek.leading(at, at.deviation, MOVED)
-        at, by = _near_the_best(seek, at[lead], by[lead], bound, LOOSER)
-        at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSE_ENOUGH)
-        at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSER)
+        lead = seek.leading(at, at.deviation, QUICK_SEARCH.moved)
+        at, by = _near_the_best(seek, at[lead], by[lead], bound, WINDOW.looser)
+        at, by = _near_the_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.close)
+        at, by = _near_the_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.closer)
         at = at[seek.leading(at, at.deviation, 1)]
-        at, _ = seek.moved(at, PIECE * (at.high - at.low), LAST, FINER, along=True)
+        at, _ = seek.moved(at, QUICK_SEARCH.piece * (at.high - at.low), QUICK_SEARCH.last, WINDOW.finer, along=True)
         return at[seek.leading(at, at.deviation, 1)]
-    at, by = seek.moved(at, by, FIRST)
+    at, by = seek.moved(at, by, STRETCH_SEARCH.first)
     apart = seek.distinct(at)
     at, by = at[apart], by[apart]
-    lead = seek.leading(at, at.deviation, SPARE * count)
-    at, _ = seek.moved(at[lead], AGAIN * by[lead], nodes=FINER, along=True)
+    lead = seek.leading(at, at.deviation, STRETCH_SEARCH.spare * count)
+    at, _ = seek.moved(at[lead], QUICK_SEARCH.again * by[lead], nodes=WINDOW.finer, along=True)
     return at
 
 
@@ -163,13 +179,13 @@ def longest(
         allowed = deviation[block]
         at = grown(seek, *seek.about(seek.longer(allowed, count)), allowed)
         open_ = np.arange(len(block))
-        for _ in range(CHECKS):
+        for _ in range(STRETCH_SEARCH.checks):
             known = seek.farthest(at)[open_]
-            asked = np.where(known > 0, (1 + SETTLED) * known, seek.curves.shortest[open_])
+            asked = np.where(known > 0, (1 + EXTENSION.settled) * known, seek.curves.shortest[open_])
             more = least(seek, asked, allowed, count, open_)
             more = more[np.flatnonzero(more.deviation <= allowed[more.circuit])]
-            more = grown(seek, more, WIDE * (more.high - more.low), allowed)
-            more = more[np.flatnonzero(more.stroke > (1 + 0.5 * SETTLED) * seek.farthest(at)[more.circuit])]
+            more = grown(seek, more, WINDOW.wide * (more.high - more.low), allowed)
+            more = more[np.flatnonzero(more.stroke > (1 + 0.5 * EXTENSION.settled) * seek.farthest(at)[more.circuit])]
             if not len(more.low):
                 break
             at = join(at, more)
@@ -190,15 +206,15 @@ def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches
     grow = _Growing(seek, at, by, allowed[at.circuit])
     rough, fine = CORRECTIONS[seek.quick]
     for turn in range(rough):
-        grow.step(NODES)
+        grow.step(WINDOW.nodes)
         if seek.quick and turn < len(KEPT):
             grow.keep(seek.leading(grow.at, -grow.reach, KEPT[turn]))
     grow.finer()
     for _ in range(fine):
-        grow.step(FINER)
+        grow.step(WINDOW.finer)
     held = np.flatnonzero(grow.best.stroke > 0)
     best = grow.best[held]
-    return best if seek.quick else extended(seek, best, (1 - INSIDE) * grow.allowed[held])
+    return best if seek.quick else extended(seek, best, (1 - EXTENSION.inside) * grow.allowed[held])
 
 
 class _Growing:
@@ -234,12 +250,12 @@ class _Growing:
 
     def finer(self) -> None:
         """Measure on the finer grid what holds; what does not on that grid is sought anew."""
-        self.best, self.beyond = self.seek.measured(self.best, FINER), np.full(len(self.beyond), np.inf)
+        self.best, self.beyond = self.seek.measured(self.best, WINDOW.finer), np.full(len(self.beyond), np.inf)
         self.best = replace(self.best, stroke=np.where(self.best.deviation <= self.allowed, self.best.stroke, 0.0))
 
     def step(self, nodes: int) -> None:
         """Correct the strokes of windows that are not settled."""
-        open_ = np.flatnonzero(~(self.beyond < (1 + SETTLED) * self.best.stroke))
+        open_ = np.flatnonzero(~(self.beyond < (1 + EXTENSION.settled) * self.best.stroke))
         if not len(open_):
             return
         allowed, best, beyond = self.allowed[open_], self.best[open_], self.beyond[open_]
@@ -252,7 +268,7 @@ class _Growing:
             reach = np.fmax(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
             slope = np.log(at.deviation / before.deviation) / np.log(at.stroke / before.stroke)
             power = np.where((slope > STEEP[0]) & (slope < STEEP[1]), slope, power)
-            wanted = at.stroke * np.exp(np.clip((np.log(allowed / at.deviation) - INSIDE) / power, *CHANGE))
+            wanted = at.stroke * np.exp(np.clip((np.log(allowed / at.deviation) - EXTENSION.inside) / power, *CHANGE))
             middle = np.where(np.isfinite(beyond), np.sqrt(best.stroke * beyond), at.stroke * np.exp(CHANGE[1]))
             outside = ~((wanted > best.stroke) & (wanted < beyond))
             wanted = np.where(outside & (best.stroke > 0), middle, np.where(outside, 0.7 * at.stroke, wanted))
@@ -279,17 +295,17 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     Where a path turns back, or an open circuit ends, few of the windows that only move along are
     any good.
     """
-    by, some = FIRST_EXTENSION * (at.high - at.low), np.arange(len(at.low))
-    for _ in range(EXTENSIONS):
+    by, some = EXTENSION.first * (at.high - at.low), np.arange(len(at.low))
+    for _ in range(EXTENSION.most):
         n, (low, high) = len(some), SIDES.T[..., None] * by[some]
         each = at[np.tile(some, len(low))]
-        tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), NODES)
+        tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), WINDOW.nodes)
         stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(len(low), n)
         best = stroke.argmax(axis=0)
-        longer = stroke[best, np.arange(n)] > (1 + GAIN) * at.stroke[some]
+        longer = stroke[best, np.arange(n)] > (1 + EXTENSION.gain) * at.stroke[some]
         at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])
-        by[some] *= np.where(longer, 2 * np.abs(SIDES[best]).max(1), SHORTER**2)
-        some = some[by[some] > LAST_EXTENSION * (at.high - at.low)[some]]
+        by[some] *= np.where(longer, 2 * np.abs(SIDES[best]).max(1), EXTENSION.shorter**2)
+        some = some[by[some] > EXTENSION.last * (at.high - at.low)[some]]
         if not len(some):
             break
     return at
@@ -297,9 +313,9 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
 
 def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
     """Return what is found in all blocks of n circuits, several at once."""
-    if n <= LEAST:
+    if n <= STRETCH_SEARCH.alone:
         return found(np.arange(n))
     cores = os.cpu_count() or 1
-    blocks = np.array_split(np.arange(n), cores * max(1, -(-n // (cores * BLOCK))))
+    blocks = np.array_split(np.arange(n), cores * max(1, -(-n // (cores * STRETCH_SEARCH.block))))
     with Threads(cores) as threads:
         return join(*threads.map(found, blocks))

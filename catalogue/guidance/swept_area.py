@@ -10,7 +10,7 @@ the moving one besides.
 from __future__ import annotations
 
 from functools import reduce
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,10 +19,16 @@ from ..kinematics.types import Complexes, Floats
 from .drive import SampledPoses
 from .minimum_zone import largest
 
-#: Points tested along each link, and along its part between two crossed edges.
-STATIONS = 5
-#: Violation of a crossing between these points [size].
-GRAZED = 1e-3
+
+class SweptArea(NamedTuple):
+    """Tests of links against keep-out zones."""
+
+    #: points tested along each link, and along its part between two crossed edges
+    stations: int = 5
+    grazed: float = 1e-3  #: violation of a crossing between these points [size]
+
+
+SWEPT_AREA = SweptArea()
 
 
 #: Pairs of link ends that the segments connect: of a linkage, and of a machine with a slot.
@@ -117,13 +123,13 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     Points between crossed edges are included.
     """
     segments = [(swept[..., j, 0], swept[..., j, 1]) for j in range(swept.shape[2])]
-    places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, STATIONS))
+    places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, SWEPT_AREA.stations))
     amount = largest(reduce(np.maximum, (side * area.outside(z) for z in places)))
     some = np.flatnonzero(amount <= 0)
     if len(some):  # between the places that are looked at
         near = swept[:, some]
         more = np.fmax.reduce((side * area.outside(_between(area, near))).max(axis=-1), axis=(0, 2))
-        passed = np.where(more > 0, more, GRAZED * np.abs(near).max((0, 2, 3)))
+        passed = np.where(more > 0, more, SWEPT_AREA.grazed * np.abs(near).max((0, 2, 3)))
         amount[some] = np.where(np.isfinite(more), passed, amount[some])
     return amount
 
@@ -145,7 +151,7 @@ def _between(area: Area, swept: Complexes) -> Complexes:
         last = np.where(crossed, np.maximum(last, share), last)
     none = last <= first
     first, last = np.where(none, np.nan, first), np.where(none, np.nan, last)
-    share = first[..., None] + (last - first)[..., None] * np.linspace(0, 1, STATIONS)
+    share = first[..., None] + (last - first)[..., None] * np.linspace(0, 1, SWEPT_AREA.stations)
     return np.asarray(a[..., None] + (b - a)[..., None] * share)
 
 

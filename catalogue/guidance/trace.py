@@ -11,7 +11,7 @@ that what remains is nearly a single Chebyshev polynomial (Allievi 1895, secs. 2
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,19 +21,24 @@ from .coupler_curve import CouplerCurve, coupler_curve
 from .cusped_zone import cusped_zone
 from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved, seen
 
-#: The guided point may move by about this part of the half stroke when its inflections are split.
-LEASH = 20
-ROUNDS = 2
-#: Remaining fraction of the error above which the step was too long and is retried.
-HELPS = 0.6
-#: Length of the retried step over the first one.
-SHORT_LEASH = 0.3
-#: A path whose error is below this part of the half stroke is exact but for rounding, and is left
-#: as it is.
-STRAIGHT = 1e-11
-#: Part of the half stroke by which the stroke of a guide with three inflections lies off the
-#: singular point.
-OFF_CENTRE = 8**-0.5
+
+class Splitting(NamedTuple):
+    """How a guided point is moved to split its inflections."""
+
+    leash: int = 20  #: Half stroke over the largest displacement of the point.
+    rounds: int = 2  #: displacements, one after the other
+    #: Remaining part of the error above which the step was too long and is retried.
+    helps: float = 0.6
+    short_leash: float = 0.3  #: length of the retried step over the first one
+    #: Error below which a path is exact but for rounding, and stays [half strokes].
+    straight: float = 1e-11
+    #: Offset of the stroke of a guide with three inflections from the singular point [half
+    #: strokes].
+    off_centre: float = 8**-0.5
+
+
+SPLITTING = Splitting()
+
 #: What the finest grid may miss, of the deviation and of the stroke.
 LEAST_SURE = (1e-2, 1e-13)
 
@@ -156,9 +161,9 @@ def _measure(
         found, shift = cusped_zone(u, v, circle, points, held), np.zeros_like(guides.tangent)
     elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
-        moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, LEASH)
+        moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, SPLITTING.leash)
         found = _fit(moved_u, moved_v, circle, points)
-        poor = ~(found.deviation < HELPS * plain) & (np.abs(shift) > SHORT_LEASH * half)
+        poor = ~(found.deviation < SPLITTING.helps * plain) & (np.abs(shift) > SPLITTING.short_leash * half)
         if poor.any():
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
@@ -183,7 +188,7 @@ def _split_again(
     """Retry splittings that did not reduce the error with a shorter step, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
-    moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
+    moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SPLITTING.short_leash)
     n = len(step)
     both = _fit(np.concatenate([moved_u, u], axis=1), np.concatenate([moved_v, v], axis=1), circle, points)
     short, plain = both[:n], both[n:]
@@ -203,7 +208,7 @@ def _straightened(
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
     errors = []
-    for _ in range(ROUNDS):
+    for _ in range(SPLITTING.rounds):
         step, error = _step(u, v, cos, sin, half, curvature, points.coefficients, leash)
         errors.append(error)
         shift = shift + step
@@ -244,7 +249,7 @@ def _step(
         det = g11 * g22 - g12 * g12
         a, b = (r1 * g22 - r2 * g12) / det, (r2 * g11 - r1 * g12) / det
         step = (a + 1j * b) * along
-        return np.where(np.isfinite(step) & ~(error <= STRAIGHT * half), step, 0), error
+        return np.where(np.isfinite(step) & ~(error <= SPLITTING.straight * half), step, 0), error
 
 
 def _bend(u: Array, v: Array) -> Array:

@@ -10,16 +10,24 @@ of the dual simplex method.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Array, Floats, Indices
 
-#: Exchanges of a point at most; a path with a dozen waves takes five.
-EXCHANGES = 60
-#: Part of the largest error up to which three points are said to bound it from below.
-REACHED = 1e-9
-#: Error that is rounding, as a part of the largest value.
-ROUNDED = 1e-14
+
+class UniformFit(NamedTuple):
+    """Exchanges of a minimax fit."""
+
+    exchanges: int = 60  #: most exchanges of a point; a path with a dozen waves takes five
+    #: Part of the largest error up to which three points bound it from below.
+    reached: float = 1e-9
+    rounded: float = 1e-14  #: error that is rounding [largest value]
+
+
+UNIFORM_FIT = UniformFit()
+
 #: Of three, the one after each.
 NEXT = np.array([1, 2, 0])
 #: Of three, the one before each.
@@ -51,8 +59,8 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
         chosen = order[[0, len(order) // 2, -1]]  # apart
     chosen = chosen.copy()
     fit, largest = np.zeros(terms.shape[::2]), np.zeros(values.shape[1])
-    open_, rounding = np.arange(values.shape[1]), ROUNDED * np.abs(values).max(0, initial=0.0)
-    for _ in range(EXCHANGES):
+    open_, rounding = np.arange(values.shape[1]), UNIFORM_FIT.rounded * np.abs(values).max(0, initial=0.0)
+    for _ in range(UNIFORM_FIT.exchanges):
         at, column = chosen[:, open_], open_
         here, known = terms[:, at, column], values[at, column]  # (2, 3, k), (3, k)
         with np.errstate(all="ignore"):
@@ -62,7 +70,7 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
             each = np.arange(len(open_))
             farthest = errors[worst, each]
             largest[open_] = np.abs(farthest)
-            more = np.abs(farthest) > level * (1 + REACHED) + rounding[open_]
+            more = np.abs(farthest) > level * (1 + UNIFORM_FIT.reached) + rounding[open_]
             if not more.any():
                 break
             leaving = _leaving(

@@ -12,6 +12,7 @@ the circuit.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,30 +21,32 @@ from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats
 from .best_circle import best_placed, by_length, mean_centre
-from .circuit_curve import TURNING, CircuitCurve, CircuitMotion
+from .circuit_curve import MIDDLE, CircuitCurve, CircuitMotion
 from .coupler_curve import false_position
 from .minimum_zone import Fit, Grid, grid, resolved
 from .trace import LEAST_SURE, Traced
 
-#: Steps either way in which the ends of a window are bracketed: none turns a path by more than a
-#: fifth of a turn.
-STEPS = 64
-#: How far these go either way [periods]: an arc of 350 degrees may take most of one on one side.
-FARTHEST = 0.8
-#: Intervals between the Chebyshev points of a window in a search.
-NODES = 32
-#: The same at most, doubled where they do not resolve the deviation.
-FINER = 128
-#: Intervals at which the deviation of an answer is measured.
-SHOWN = 128
-#: The same at most.
-MOST = 512
-#: Corrections of a window at most, each to the mean circle of the path between its last ends.
-ROUNDS = 10
-#: Angle by which the last correction may move an end [rad].
-REACHED = 1e-12
-#: Angle by which a window may be off where that is not reached [rad].
-MISSED = 1e-9
+
+class WideArc(NamedTuple):
+    """How windows along wide arcs are found and measured."""
+
+    #: Steps either way that bracket the ends of a window: none turns a path by more than a fifth
+    #: of a turn.
+    steps: int = 64
+    #: Length of these steps either way [periods]: an arc of 350 degrees may take most of a period
+    #: on one side.
+    farthest: float = 0.8
+    nodes: int = 32  #: intervals between the Chebyshev points of a window in a search
+    finer: int = 128  #: the intervals at most, doubled where they do not resolve the deviation
+    shown: int = 128  #: intervals at which the deviation of an answer is measured
+    most: int = 512  #: these intervals at most
+    #: Most corrections of a window, each to the mean circle of the path between its last ends.
+    rounds: int = 10
+    reached: float = 1e-12  #: displacement of an end by the last correction [rad]
+    missed: float = 1e-9  #: error of a window where that is not reached [rad]
+
+
+WIDE_ARC = WideArc()
 
 
 @dataclass(frozen=True)
@@ -79,8 +82,8 @@ def wide_arcs(
     radius: Floats,
     angle: float,
     *,
-    nodes: int = NODES,
-    most: int = FINER,
+    nodes: int = WIDE_ARC.nodes,
+    most: int = WIDE_ARC.finer,
 ) -> WideArcs:
     """Trace coupler points (n,) of circuits over arcs whose middles they pass at phases (n,).
 
@@ -99,11 +102,11 @@ def wide_arcs(
     with np.errstate(all="ignore"):
         ends, way = _bracketed(some, point, middle, centre, half)
         points = grid(nodes)
-        for _ in range(ROUNDS):
+        for _ in range(WIDE_ARC.rounds):
             z = _path(some, point, ends, points)
             centre = mean_centre(z, radius, centre, by_length(z))
             ends, off = _corrected(some, point, middle, centre, half * way, ends)
-            if not (off > REACHED).any():
+            if not (off > WIDE_ARC.reached).any():
                 break
         found = _measured(some, point, middle, ends, way, centre, radius, angle, points)
         rough = np.flatnonzero(np.isfinite(found.fit.deviation) & ~resolved(found.fit))
@@ -142,22 +145,22 @@ def _bracketed(
     ndarray, shape (n,)
         1 where points run counterclockwise as the phase rises, else -1.
     """
-    share = np.linspace(-FARTHEST, FARTHEST, 2 * STEPS + 1)[:, None]
+    share = np.linspace(-WIDE_ARC.farthest, WIDE_ARC.farthest, 2 * WIDE_ARC.steps + 1)[:, None]
     s = middle + share * some.period
     s = np.where(some.kind == OPEN, np.clip(s, 0.0, 2 * np.pi), s)
     z = some.pose(s).point(point)
-    seen = (z - centre) / (z[STEPS] - centre)
+    seen = (z - centre) / (z[WIDE_ARC.steps] - centre)
     turned = np.unwrap(np.angle(seen), axis=0)
-    turned -= turned[STEPS]
-    way = np.where(turned[STEPS + 1] < turned[STEPS - 1], -1.0, 1.0)
+    turned -= turned[WIDE_ARC.steps]
+    way = np.where(turned[WIDE_ARC.steps + 1] < turned[WIDE_ARC.steps - 1], -1.0, 1.0)
     turned *= way
     column, ends = np.arange(len(middle)), []
     for side in (-1, 1):
-        gone = side * turned[STEPS:] if side > 0 else side * turned[STEPS::-1]
-        phases = s[STEPS:] if side > 0 else s[STEPS::-1]
+        gone = side * turned[WIDE_ARC.steps :] if side > 0 else side * turned[WIDE_ARC.steps :: -1]
+        phases = s[WIDE_ARC.steps :] if side > 0 else s[WIDE_ARC.steps :: -1]
         beyond = gone >= half
         k = np.maximum(beyond.argmax(0), 1)
-        ray = np.exp(1j * side * way * half) * (z[STEPS] - centre)
+        ray = np.exp(1j * side * way * half) * (z[WIDE_ARC.steps] - centre)
 
         def missing(t: Floats, ray: Complexes = ray, side: int = side) -> Floats:
             there = some.pose(t[None]).point(point)[0]
@@ -169,7 +172,7 @@ def _bracketed(
             phases[k, column],
             gone[k - 1, column] - half,
             gone[k, column] - half,
-            np.full(len(middle), REACHED),
+            np.full(len(middle), WIDE_ARC.reached),
             steps=12,
         )
         ends.append(np.where(beyond.any(0), t, np.nan))
@@ -213,8 +216,8 @@ def _measured(
     z, half, n = _path(some, point, ends, points), 0.5 * np.radians(angle), len(middle)
     spoke = z - centre
     turned = np.angle(spoke[1:] / spoke[:-1])
-    forward = (way * turned * radius > TURNING * np.abs(np.diff(z, axis=0))).all(0)
-    whole = np.abs(np.abs(turned.sum(0)) - 2 * half) < MISSED
+    forward = (way * turned * radius > MIDDLE.turning * np.abs(np.diff(z, axis=0))).all(0)
+    whole = np.abs(np.abs(turned.sum(0)) - 2 * half) < WIDE_ARC.missed
     top = some.pose(middle[None]).point(point)[0] - centre
     top = top / np.abs(top)
     circles = best_placed(z, radius, centre, points)
@@ -250,7 +253,12 @@ def on_wide_arcs(some: Circuits, point: Complexes, found: WideArcs) -> tuple[Cir
 
 
 def traced_about(
-    curve: CircuitCurve, centre: Complexes, radius: Floats, angle: float, nodes: int = NODES, most: int = FINER
+    curve: CircuitCurve,
+    centre: Complexes,
+    radius: Floats,
+    angle: float,
+    nodes: int = WIDE_ARC.nodes,
+    most: int = WIDE_ARC.finer,
 ) -> Traced:
     """Trace guides that stand in the middles of their arcs; parameters as of `wide_arcs`."""
     moving = curve.motion

@@ -7,6 +7,8 @@ best ones are moved on by the deviation itself.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.circuits import OPEN, Circuits
@@ -15,33 +17,32 @@ from .best_circle import mean_centre, squared_centre
 from .cells import Curves
 from .wide_arc import WideArcs, wide_arcs
 
-#: Pieces of an arc at least: the middle of a window is found to a twenty-fourth of it.
-PIECES = 24
-#: Pieces of a circuit at least, as of other windows.
-FEWEST = 160
-#: Pieces of a circuit at most: shorter arcs are not looked for.
-MOST = 2560
-#: Windows of a circuit that are tried besides, evenly.
-SPREAD = 24
-#: Places of a window that are read: a path with eight waves over it has four on each.
-PLACES = 33
-#: Part of its turn about the mean circle by which a path that is followed runs forward, of the
-#: angle asked too.
-FORWARD = 0.7
-#: Moves of a mean circle from the circle that fits squared radii best.
-MOVES = 3
-#: Windows followed per stretch that is wanted: some of them overlap.
-SPARE = 3
-#: Windows of a circuit that are followed at least.
-LEAST = 4
+
+class WideStretches(NamedTuple):
+    """How windows along wide arcs are searched for on a circuit."""
+
+    #: least pieces of an arc: the middle of a window is found to a twenty-fourth of it
+    pieces: int = 24
+    fewest: int = 160  #: least pieces of a circuit, as of other windows
+    most: int = 2560  #: most pieces of a circuit: shorter arcs are not looked for
+    spread: int = 24  #: windows of a circuit that are tried besides, evenly
+    #: Places of a window that are read: a path with eight waves over it has four on each.
+    places: int = 33
+    #: Least part of its turn about the mean circle, and of the requested angle, over which a path
+    #: runs forward.
+    forward: float = 0.7
+    moves: int = 3  #: moves of a mean circle from the circle that fits squared radii best
+    spare: int = 3  #: windows followed per stretch that is wanted: some of them overlap
+    least: int = 4  #: least windows of a circuit that are followed
+    first: float = 2.0  #: longest move of the first round [pieces]
+    shorter: float = 1 / 3  #: longest move of a round over that of the round before
+    rounds: int = 14  #: rounds, which leave a millionth of a piece
+
+
+WIDE = WideStretches()
+
 #: Moves of a middle that are tried [parts of the longest].
 WAYS = np.linspace(-1, 1, 7)
-#: Longest move at first [pieces].
-FIRST = 2.0
-#: Longest move of a round over that of the one before.
-SHORTER = 1 / 3
-#: Rounds, which leave a millionth of a piece.
-ROUNDS = 14
 
 
 def nearest_arcs(
@@ -64,14 +65,14 @@ def nearest_arcs(
     WideArcs
         Those n windows that were found.
     """
-    of, middle, by, centre = _begun(circuits, point, radius, angle, max(SPARE * count, LEAST))
+    of, middle, by, centre = _begun(circuits, point, radius, angle, max(WIDE.spare * count, WIDE.least))
     if not len(of):
         return of, wide_arcs(circuits[of], point[of], middle, centre, np.full(0, radius), angle)
     best = wide_arcs(circuits[of], point[of], middle, centre, np.full(len(of), radius), angle)
-    kept = _leading(of, best.fit.deviation, max(SPARE * count, LEAST))
+    kept = _leading(of, best.fit.deviation, max(WIDE.spare * count, WIDE.least))
     of, by, best = of[kept], by[kept], best[kept]
     centre = np.where(np.isfinite(best.fit.deviation), best.centre, centre[kept])
-    for _ in range(ROUNDS):
+    for _ in range(WIDE.rounds):
         each = np.tile(np.arange(len(of)), len(WAYS))
         moved = best.middle[each] + (WAYS[:, None] * by).ravel()
         tried = wide_arcs(circuits[of[each]], point[of[each]], moved, centre[each], np.full(len(each), radius), angle)
@@ -81,7 +82,7 @@ def nearest_arcs(
         better = np.isfinite(off.min(0))
         best = best.replaced(better, found[better])
         centre = np.where(better, best.centre, centre)
-        by = np.where(better & (np.abs(WAYS[way]) == 1), by, by * SHORTER)
+        by = np.where(better & (np.abs(WAYS[way]) == 1), by, by * WIDE.shorter)
     good = np.flatnonzero(np.isfinite(best.fit.deviation))
     return of[good], best[good]
 
@@ -104,8 +105,8 @@ def _begun(
     curves = Curves.of(circuits, point, np.arange(len(circuits)))
     length = radius * np.radians(angle)
     with np.errstate(all="ignore"):
-        wanted = np.nan_to_num(PIECES * curves.length / length, nan=0.0, posinf=MOST)
-    pieces = FEWEST * 2 ** np.ceil(np.log2(np.clip(wanted, FEWEST, MOST) / FEWEST)).astype(int)
+        wanted = np.nan_to_num(WIDE.pieces * curves.length / length, nan=0.0, posinf=WIDE.most)
+    pieces = WIDE.fewest * 2 ** np.ceil(np.log2(np.clip(wanted, WIDE.fewest, WIDE.most) / WIDE.fewest)).astype(int)
     parts = [
         _of_pieces(curves, np.flatnonzero((pieces == many) & (wanted > 0)), int(many), radius, length, count)
         for many in np.unique(pieces)
@@ -122,25 +123,28 @@ def _of_pieces(
     turns = some.circuits.kind != OPEN
     with np.errstate(all="ignore"):
         half = 0.5 * length / some.length * pieces
-        steps = np.linspace(-1, 1, PLACES)[:, None, None] * half
+        steps = np.linspace(-1, 1, WIDE.places)[:, None, None] * half
         index = np.rint(np.arange(pieces)[:, None] + steps).astype(int)
         beyond = (half > 0.5 * pieces) | (~turns & ((index < 0) | (index > pieces)).any(0))
         index = np.where(turns, np.mod(index, pieces), np.clip(index, 0, pieces))
         places = z[index, np.arange(len(which))]
-        centre = mean_centre(places, radius, squared_centre(places), moves=MOVES)
+        centre = mean_centre(places, radius, squared_centre(places), moves=WIDE.moves)
         spoke = places - centre
         off = np.sqrt(((np.abs(spoke) - radius) ** 2).mean(0))
         turned = np.angle(spoke[1:] / spoke[:-1])
-        forward = np.abs(turned.sum(0)) > FORWARD * np.maximum(np.abs(turned).sum(0), length / radius)
+        forward = np.abs(turned.sum(0)) > WIDE.forward * np.maximum(np.abs(turned).sum(0), length / radius)
     off = np.where(beyond | np.isnan(off), np.inf, off)
     smooth = np.where(forward, off, np.inf)
     least = (smooth <= np.roll(smooth, 1, 0)) & (smooth < np.roll(smooth, -1, 0))
     first = np.argsort(np.where(least, smooth, np.inf), axis=0, kind="stable")[:count]
     # windows that run forward may be few, and between others
-    spread = np.broadcast_to(np.arange(SPREAD)[:, None] * (pieces // SPREAD), (SPREAD, len(which)))
+    spread = np.broadcast_to(
+        np.arange(WIDE.spread)[:, None] * (pieces // WIDE.spread),
+        (WIDE.spread, len(which)),
+    )
     rank = np.concatenate([first, spread])
     good = np.isfinite(np.take_along_axis(off, rank, 0))
     column = np.broadcast_to(np.arange(len(which)), rank.shape)[good]
     at = rank[good]
     piece = np.abs(s[at + 1, column] - s[at, column])
-    return which[column], some.phase(s)[at, column], FIRST * piece, centre[at, column]
+    return which[column], some.phase(s)[at, column], WIDE.first * piece, centre[at, column]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,56 +17,54 @@ from ..kinematics.batch import Rows, join, put
 from ..kinematics.circuits import OPEN
 from ..kinematics.types import Complexes, Floats, Indices, Mask
 from .cells import Cells, Curves, bent, cells_of, from_chord
-from .circuit_curve import TURNING, runs_forward
+from .circuit_curve import MIDDLE, runs_forward
 from .minimum_zone import alternating, grid, reference
 
-#: Deviation of a window, read in the middle of each piece, over the least that is known, up to
-#: which it is moved on: it falls by no more from there to the next one, a twentieth of a window
-#: away.
-LOOSER = 1.6
-#: Part of a window within which the begin of another one makes it the same: half a piece.
-APART = 0.05
-#: A path that is as good as it can be reaches about so many times its mean error.
-PEAK = 1.4
+
+class WindowOptions(NamedTuple):
+    """How windows along a curve are found, followed and measured."""
+
+    #: Largest deviation of a window that is moved on, over the least known: read in the middle of
+    #: each piece, it falls by no more to the next one, a twentieth of a window away.
+    looser: float = 1.6
+    apart: float = 0.05  #: Least distance of the beginnings of two windows [windows]: half a piece.
+    peak: float = 1.4  #: largest over mean error of a path that is as good as it can be, about
+    #: Growth of the displacements while a stroke is sought or kept along the best line, where the
+    #: best is the farthest.
+    farther: float = 2.0
+    wide: float = 1 / 6  #: largest displacement of these windows [windows]
+    #: Most secant steps to the end of a window: where its path turns by 84 degrees they close in
+    #: slowly.
+    steps: int = 8
+    close: float = 1e-5  #: permitted error of a stroke [strokes]
+    negligible: float = 1e-7  #: error of a stroke at which no further step is taken [strokes]
+    #: most corrections of a chord until the stroke along the best line is the requested one
+    tilts: int = 3
+    nodes: int = 16  #: intervals between the Chebyshev points of a window during the search
+    finer: int = 32  #: intervals for the final measurement
+    #: Cosine of the largest turn of a path in a search, over that at which it no longer runs
+    #: forward: its stroke is corrected in the last digits within the limit.
+    inside_limit: float = 1.03
+    #: Distance inside its ends at which a path is tested for turning back [half windows].
+    edge: float = 1e-5
+    together: int = 12  #: windows of few curves, of several strokes, that are sought at once
+    fullest: float = 1.95  #: chord over radius of the widest arc
+
+
+WINDOW = WindowOptions()
+
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to
 #: the farthest becomes in the next round, and how many rounds.
 THOROUGH = (np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
 QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: The same while a stroke is corrected.
 CORRECTING = (np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
-#: What that way becomes, while a stroke is sought or kept along the best line, where the best is
-#: the farthest.
-FARTHER = 2.0
 #: Windows about each first one, and how many of them are followed, in a thorough and a quick
 #: search.
 ABOUT = ((13, 2), (7, 1))
-#: Largest displacement of these windows [windows].
-WIDE = 1 / 6
-#: Secant steps to the end of a window at most: where its path turns by 84 degrees they close in
-#: slowly.
-STEPS = 8
-#: Part of a stroke by which it may be missed.
-CLOSE = 1e-5
-#: Part of a stroke at which no further step is taken.
-NEGLIGIBLE = 1e-7
-#: Corrections of a chord at most until the stroke along the best line is that asked for.
-TILTS = 3
-#: Intervals between the Chebyshev points of a window during the search.
-NODES = 16
-#: Intervals for the final measurement.
-FINER = 32
-#: Cosine of the most a path turns in a search, over that at which it no longer runs forward: what
-#: is found at this limit is still within the other one when its stroke is corrected in the last
-#: digits.
-INSIDE_LIMIT = 1.03
-#: How far inside its ends, of half a window, a path is looked at for whether it turns back there.
-EDGE = 1e-5
 #: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc,
 #: chord over radius.
 LADDER = 0.95 * 0.8 ** np.arange(24)
-#: Windows of few curves are sought for several strokes at once, so many in all.
-TOGETHER = 12
-FULLEST = 1.95
 
 #: Points of paths (m, n) at phases (m, n), or (n,).
 Path = Callable[[Floats], Complexes]
@@ -128,7 +127,7 @@ class Search:
     def begun(self, cells: Cells, share: float = 0.0) -> Stretches:
         """Return the windows that begin in cells, at a share of their pieces."""
         shift = share * cells.piece
-        extremes = reference(4 if self.circle and self.radius is None else 3, 4 * FINER)
+        extremes = reference(4 if self.circle and self.radius is None else 3, 4 * WINDOW.finer)
         extremes = np.broadcast_to(extremes, (len(shift), len(extremes)))
         return Stretches(
             cells.circuit,
@@ -136,7 +135,7 @@ class Search:
             cells.high + shift,
             cells.stroke,
             cells.stroke,
-            PEAK * cells.least,
+            WINDOW.peak * cells.least,
             extremes,
         )
 
@@ -161,27 +160,27 @@ class Search:
         beside = (np.diff(open_.circuit) == 0) & (np.diff(open_.number) == 1)
         before = np.where(np.append(False, beside), np.roll(off, 1), np.inf)
         after = np.where(np.append(beside, False), np.roll(off, -1), np.inf)
-        kept = np.flatnonzero((off <= before) & (off < after) & (off < LOOSER * bound[open_.circuit]))
+        kept = np.flatnonzero((off <= before) & (off < after) & (off < WINDOW.looser * bound[open_.circuit]))
         return tried[kept], open_.piece[kept]
 
     def distinct(self, at: Stretches) -> Indices:
-        """Tell which windows are straighter than all others within `APART` of their length."""
+        """Select windows straighter than all others within `WINDOW.apart` of their length."""
         order = np.lexsort((at.low, at.circuit))
         low, off, of = at.low[order], np.nan_to_num(at.deviation[order], nan=np.inf), at.circuit[order]
-        near = (np.diff(of) == 0) & (np.diff(low) < APART * (at.high - at.low)[order][1:])
+        near = (np.diff(of) == 0) & (np.diff(low) < WINDOW.apart * (at.high - at.low)[order][1:])
         worse = np.append(False, near & (off[1:] >= off[:-1])) | np.append(near & (off[:-1] > off[1:]), False)
         return np.sort(order[~worse])
 
-    def measured(self, at: Stretches, nodes: int = NODES, *, along: bool = False) -> Stretches:
+    def measured(self, at: Stretches, nodes: int = WINDOW.nodes, *, along: bool = False) -> Stretches:
         """Fit windows, from their begin and approximate length, to their strokes.
 
         They are pushed back from the ends of open circuits.  A stroke is a chord, or a length
         `along` the best line.
         """
         found = self._over(at, at.chord if along else at.stroke, nodes)
-        for _ in range(TILTS * along):
+        for _ in range(WINDOW.tilts * along):
             with np.errstate(all="ignore"):
-                off = np.flatnonzero(np.abs(found.stroke - at.stroke) > CLOSE * at.stroke)
+                off = np.flatnonzero(np.abs(found.stroke - at.stroke) > WINDOW.close * at.stroke)
                 if not len(off):
                     break
                 chord = at.stroke[off] / found.stroke[off] * found.chord[off]
@@ -200,10 +199,10 @@ class Search:
                 low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, chord), low)
                 high = np.where(beyond, 2 * np.pi, high)
             found = self._between(replace(at, low=low, high=high), nodes, path)
-            close = np.abs(found.chord - chord) <= CLOSE * chord
+            close = np.abs(found.chord - chord) <= WINDOW.close * chord
             return replace(found, deviation=np.where(close, found.deviation, np.nan))
 
-    def between(self, at: Stretches, nodes: int = NODES) -> Stretches:
+    def between(self, at: Stretches, nodes: int = WINDOW.nodes) -> Stretches:
         """Measure windows between their ends; strokes are those along the best line."""
         return self._between(at, nodes, self._path(at))
 
@@ -213,19 +212,19 @@ class Search:
         low, high = at.low, at.high
         with np.errstate(all="ignore"):
             points = grid(nodes)
-            share = np.concatenate([[EDGE - 1], points.nodes, [1 - EDGE]])
+            share = np.concatenate([[WINDOW.edge - 1], points.nodes, [1 - WINDOW.edge]])
             z = path(0.5 * (low + high) + 0.5 * (high - low) * share[:, None])
             seen, half = from_chord(z[1:-1])
             # between its last points, too
             onward = (((z[[0, -2]] - z[[1, -1]]) * (z[-2] - z[1]).conj()).real > 0).all(0)
             held = bent(seen[nodes // 2].imag, half, self.radius) if self.radius is not None else None
             forward = (
-                runs_forward(seen, INSIDE_LIMIT * TURNING)
+                runs_forward(seen, WINDOW.inside_limit * MIDDLE.turning)
                 & onward
                 & (low < high)
                 & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
             )
-            per, v = FINER // nodes, np.where(forward, seen.imag, np.nan)
+            per, v = WINDOW.finer // nodes, np.where(forward, seen.imag, np.nan)
             fit, index = alternating(seen.real, v, self.circle, points, held, _apart(at.extremes.T // per, 4 * nodes))
             stroke, deviation = half * fit.stroke, half * fit.deviation
             return Stretches(at.circuit, low, high, stroke, 2 * half, deviation, per * index.T)
@@ -245,7 +244,7 @@ class Search:
         if not len(at.low):
             return at, np.zeros(0)
         count, kept = ABOUT[self.quick]
-        by = WIDE * (at.high - at.low)
+        by = WINDOW.wide * (at.high - at.low)
         tried, off = self._tried(at, by, np.linspace(-1, 1, count))
         beside = np.pad(off, ((1, 1), (0, 0)), constant_values=np.inf)
         off = np.where((off <= beside[:-2]) & (off < beside[2:]), off, np.inf)
@@ -300,7 +299,7 @@ class Search:
         return np.asarray(np.unique(self.curves.circuits.of, return_inverse=True)[1])
 
     def _tried(
-        self, at: Stretches, by: Floats, way: Floats, nodes: int = NODES, *, along: bool = False
+        self, at: Stretches, by: Floats, way: Floats, nodes: int = WINDOW.nodes, *, along: bool = False
     ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad].
 
@@ -316,7 +315,7 @@ class Search:
         at: Stretches,
         by: Floats,
         rounds: int | None = None,
-        nodes: int = NODES,
+        nodes: int = WINDOW.nodes,
         *,
         correcting: bool = False,
         along: bool = False,
@@ -328,9 +327,9 @@ class Search:
         """
         n = len(at.low)
         way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick and not along else THOROUGH
-        farther = FARTHER if correcting or along else 1.0
+        farther = WINDOW.farther if correcting or along else 1.0
         for _ in range(all_rounds if rounds is None else rounds):
-            if rounds is not None or correcting or along or nodes != NODES:
+            if rounds is not None or correcting or along or nodes != WINDOW.nodes:
                 tried, off = self._tried(at, by, way, nodes, along=along)
             else:  # the first is the window as it is, which was measured before
                 tried, off = self._tried(at, by, way[1:], nodes)
@@ -338,7 +337,7 @@ class Search:
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             # the nearest of those alike: at the end of an open circuit windows that would pass it
             # are one
-            best = np.argmax(off <= off.min(0) * (1 + CLOSE), axis=0)
+            best = np.argmax(off <= off.min(0) * (1 + WINDOW.close), axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)
         return at, by
@@ -358,10 +357,10 @@ class Search:
         """
         across = self.curves.across
         if self.radius is not None:
-            across = np.minimum(across, FULLEST * self.radius)
+            across = np.minimum(across, WINDOW.fullest * self.radius)
         parts, which, held, rung = [], np.flatnonzero(across > 0), np.zeros(len(across), int), 0
         while len(which) and rung < len(LADDER):
-            shares = LADDER[rung : rung + max(TOGETHER // len(which), 1)]
+            shares = LADDER[rung : rung + max(WINDOW.together // len(which), 1)]
             cells = self.cells(np.outer(shares, across[which]).ravel(), np.tile(which, len(shares)))
             found = self.places(cells, 2)
             share = np.argmin(np.abs(shares[:, None] - found.stroke / across[found.circuit]), axis=0)
@@ -391,11 +390,11 @@ def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
     before = start + 0.99 * (end - start)
     first, *others = path(np.stack([start, before, end]))
     error, now = (np.abs(other - first) - stroke for other in others)
-    for left in reversed(range(STEPS)):
+    for left in reversed(range(WINDOW.steps)):
         step = now * (end - before) / np.where(now == error, np.inf, now - error)
         most = 0.2 * np.abs(end - start)
         before, error, end = end, now, end - np.clip(step, -most, most)
-        if not left or not (np.abs(now) > NEGLIGIBLE * stroke).any():
+        if not left or not (np.abs(now) > WINDOW.negligible * stroke).any():
             break
         now = np.abs(path(end[None])[0] - first) - stroke
     return end

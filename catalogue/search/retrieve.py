@@ -17,7 +17,7 @@ from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
-from ..guidance.reach import LEVELS, USABLE
+from ..guidance.reach import LEVELS, REACH
 from ..guidance.trace import Traced, trace
 from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
@@ -307,7 +307,7 @@ def candidates_of(
     """Place chosen reaches along the path, in the best orientation for their pivots."""
     guides, half, centre, origin = _read_guides(problem, database, reaches, chosen)
     low, high = guides.extent
-    most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
+    most = REACH.usable * np.minimum(low / (1 - centre), high / (1 + centre))
     free = bool((reaches.sweep[chosen] > 0).any()) if problem.curved else False
     traced = trace(guides, np.minimum(half * stretch, most), circle=free, split=True, centre=centre, nodes=16)
     if problem.constraints.returns:  # these are not refined

@@ -14,7 +14,7 @@ from catalogue.find.measure import Stretch, measure
 from catalogue.find.own_guide import OwnGuide, guide
 from catalogue.guidance.cells import Curves
 from catalogue.guidance.stretches import straightest
-from catalogue.guidance.windows import FINER, Search, Stretches
+from catalogue.guidance.windows import WINDOW, Search, Stretches
 from catalogue.kinematics.circuits import OPEN, circuits
 from catalogue.kinematics.linkage import FAMILIES, PR, RR, Linkage
 from catalogue.kinematics.types import Array
@@ -125,7 +125,7 @@ def test_no_window_is_straighter_than_its_bound_where_pieces_are_unequal() -> No
     cells = seek.cells(np.ones(len(found)))
     _, cut = seek.curves[np.array([13])].cut(5120)
     assert np.abs(np.diff(cut[:, 0])).max() > 5 * seek.curves.length[13] / 5120
-    at = seek.measured(seek.begun(cells), FINER)
+    at = seek.measured(seek.begun(cells), WINDOW.finer)
     there = np.isfinite(at.deviation)
     assert (cells.least[there] <= at.deviation[there] + 1e-9).all()
     assert np.isin(13, cells.circuit[there])
@@ -147,7 +147,7 @@ def test_no_window_of_a_cell_is_straighter_than_its_bound(
     cells = seek.cells(stroke)
     for share in (0.0, 0.3, 0.9):
         begun = seek.begun(cells, share)
-        at = seek.measured(begun, FINER)
+        at = seek.measured(begun, WINDOW.finer)
         there = np.isfinite(at.deviation) & (at.low == begun.low)  # some are pushed back from an end of their circuit
         assert there.sum() > 50
         assert (cells.least[there] <= at.deviation[there] + 1e-9 * stroke[cells.circuit[there]]).all()

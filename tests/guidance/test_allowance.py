@@ -112,7 +112,7 @@ def test_rates_by_tolerance_and_deviation_are_those_of_differences(
 ) -> None:
     """A deviation grows as all distances do."""
     problem, found = batches(small, request_, monkeypatch, limit=6, per_series=0, **wish)
-    monkeypatch.setattr(module, "LARGEST", np.inf)
+    monkeypatch.setattr(module, "ALLOWANCE", module.ALLOWANCE._replace(largest=np.inf))
     zone, asked, plain, part = Zone(*problem.zone), problem.deviation, module.response, 1e-4
     by = slopes(asked, found.curve, found.traced, zone)
 

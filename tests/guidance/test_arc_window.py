@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guidance.arc_window import REACHED, at_sweep
+from catalogue.guidance.arc_window import SWEEP, at_sweep
 from catalogue.guidance.coupler_curve import CouplerCurve
 from catalogue.guidance.reach import Ladder, reach
 from catalogue.guidance.trace import Traced, trace
@@ -40,7 +40,7 @@ def test_the_sweep_is_the_one_asked_for(stored: tuple[CouplerCurve, Array, Array
     found_half, found = at_sweep(guides[some], half[some], np.zeros(some.sum()), known[some], sweep)
     good = np.isfinite(found.fit.deviation)
     assert good.mean() > 0.9
-    assert np.mean(np.abs(swept(found)[good] / sweep - 1) <= REACHED) > 0.97
+    assert np.mean(np.abs(swept(found)[good] / sweep - 1) <= SWEEP.reached) > 0.97
     again = trace(guides[some][good], found_half[good], circle=True, split=True, nodes=16)
     np.testing.assert_allclose(swept(again), swept(found)[good], rtol=1e-12)
 
@@ -59,7 +59,7 @@ def test_the_widest_window_is_taken(stored: tuple[CouplerCurve, Array, Array]) -
     widest = PARTS[len(PARTS) - 1 - np.argmax(crossed[::-1], axis=0)] * half
     there = crossed.any(0)
     assert there.sum() > 50
-    reached = np.abs(swept(found) / sweep - 1) <= REACHED
+    reached = np.abs(swept(found) / sweep - 1) <= SWEEP.reached
     assert reached[there].mean() > 0.95
     step = (PARTS[1] - PARTS[0]) * half
     assert np.mean(np.abs(found_half - widest)[there & reached] < 1.01 * step[there & reached]) > 0.95

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.drive import MOST, SampledPoses, drive_metrics
+from catalogue.guidance.drive import DRIVE_GRID, SampledPoses, drive_metrics
 from catalogue.guidance.metrics import measure, rotation_margin
 from catalogue.guidance.swept_area import link_segments
 from catalogue.guidance.trace import Traced, trace
@@ -141,7 +141,9 @@ def test_bars_of_a_machine_with_a_slot_end_in_its_pivots_and_at_the_ends_of_its_
     slots: Made, naive: SimpleNamespace
 ) -> None:
     guides, traced = slots
-    moves = SampledPoses.of(guides, traced, 2 * MOST, inverse=True)  # a swinging block may run fast in mid-stroke
+    moves = SampledPoses.of(
+        guides, traced, 2 * DRIVE_GRID.most, inverse=True
+    )  # a swinging block may run fast in mid-stroke
     swept = link_segments(guides.linkage.inverted(), moves)
     every = [machine(guides, traced, n, 8001) for n in range(len(guides))]
     kinds = {kind for one in every for kind in one.dyads}

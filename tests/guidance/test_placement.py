@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.placement import FINE, at_stroke, mirrored, placed
+from catalogue.guidance.placement import PLACEMENT, at_stroke, mirrored, placed
 from catalogue.guidance.reach import Ladder, reach
 from catalogue.guidance.trace import Traced
 from catalogue.kinematics.linkage import Linkage
@@ -166,7 +166,7 @@ def test_at_stroke_measures_deviations_below_1e_13_of_it(naive: Any, drawn: Draw
     assert len(guides) > 5
     stroke = 0.0015
     found = at_stroke(guides, stroke, circle=False)
-    assert (found.relative < FINE).mean() > 0.8
+    assert (found.relative < PLACEMENT.fine).mean() > 0.8
     for n, linkage in enumerate(guides.linkage):
         turned = complex(np.conj(guides.tangent[n]))
         laid = linkage.moved(turned, stroke / 2 - turned * guides.point[n])

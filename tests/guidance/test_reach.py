@@ -9,8 +9,8 @@ import pytest
 
 from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.guidance.coupler_curve import CouplerCurve
-from catalogue.guidance.reach import LEVELS, RATIO, USABLE, Ladder, reach, scan
-from catalogue.guidance.trace import OFF_CENTRE, trace
+from catalogue.guidance.reach import LEVELS, REACH, Ladder, reach, scan
+from catalogue.guidance.trace import SPLITTING, trace
 
 Scanned = Callable[[bool], Ladder]
 Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]
@@ -32,7 +32,7 @@ def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned
         # an exact guide is cut short where it could branch off: how close to that place is chance
         # and where the deviation jumps from rung to rung, two steps leave some of the way
         grown = half / np.where(before > 0, before, np.nan)
-        assert not np.any(grown[there] < np.where(order == EXACT, RATIO, 0.75)[there]), "looser, yet shorter"
+        assert not np.any(grown[there] < np.where(order == EXACT, REACH.ratio, 0.75)[there]), "looser, yet shorter"
         assert not (before > 0).any() or np.nanquantile(grown, 0.01) > 0.95
         assert not np.any(~there & (before > 0))
         before = np.where(there, half, 0)
@@ -65,9 +65,9 @@ def test_scan_stays_within_the_usable_extent(drawn: Drawn, scanned: Scanned) -> 
     guides, order = drawn(circle=False)
     ladder = scanned(False)
     low, high = guides.extent
-    assert np.all((1 - ladder.centre) * ladder.half[0] <= USABLE * low * (1 + 1e-12))
-    assert np.all((1 + ladder.centre) * ladder.half[0] <= USABLE * high * (1 + 1e-12))
-    assert set(np.unique(ladder.centre)) <= {0.0, OFF_CENTRE, -OFF_CENTRE}
+    assert np.all((1 - ladder.centre) * ladder.half[0] <= REACH.usable * low * (1 + 1e-12))
+    assert np.all((1 + ladder.centre) * ladder.half[0] <= REACH.usable * high * (1 + 1e-12))
+    assert set(np.unique(ladder.centre)) <= {0.0, SPLITTING.off_centre, -SPLITTING.off_centre}
     assert np.all(ladder.centre[order != 4] == 0)
     assert (ladder.centre[order == 4] != 0).any()
     assert np.all(np.diff(ladder.half, axis=0) < 0)

@@ -11,7 +11,7 @@ import pytest
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import displaced
-from catalogue.guidance.stations import INTERVALS, Stationed, nominal
+from catalogue.guidance.stations import STATION, Stationed, nominal
 from catalogue.kinematics.linkage import Linkage
 from tests.refine.starts import problem_of, started
 
@@ -36,7 +36,7 @@ def test_a_nominal_has_its_chord_and_its_curvature(curvature: float) -> None:
         centre = place + 1j * tangent / curvature
         np.testing.assert_allclose(np.abs(centre - centre[0]) * -curvature, 0, atol=1e-12)
     else:
-        np.testing.assert_allclose(place[:, 0], 0.5 + 0.5 * grid(INTERVALS).nodes, atol=1e-15)
+        np.testing.assert_allclose(place[:, 0], 0.5 + 0.5 * grid(STATION.intervals).nodes, atol=1e-15)
         np.testing.assert_array_equal(tangent, 1)
 
 

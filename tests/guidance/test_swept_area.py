@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guidance.swept_area import GRAZED, STATIONS, intrusion, protrusion
+from catalogue.guidance.swept_area import SWEPT_AREA, intrusion, protrusion
 from catalogue.kinematics.types import Array
 from catalogue.problem.region import Region
 
@@ -76,8 +76,8 @@ def _bounded(found: Array, brute: Array, swept: Array) -> None:
     """Assert that nothing is found that is not there, and nothing missed but between two stations."""
     size, longest = np.abs(swept).max(axis=(0, 2, 3)), np.abs(swept[..., 1] - swept[..., 0]).max(axis=(0, 2))
     # the depth changes along a segment by no more than the way along it, of which a sample misses half a step
-    assert (found <= np.maximum(brute + 0.5 * longest / 400, GRAZED * size) + 1e-12).all()
-    between = 0.5 * longest / (STATIONS - 1)
+    assert (found <= np.maximum(brute + 0.5 * longest / 400, SWEPT_AREA.grazed * size) + 1e-12).all()
+    between = 0.5 * longest / (SWEPT_AREA.stations - 1)
     assert (brute <= np.maximum(found, 0) + between + 1e-12)[brute > 0].all()
 
 

@@ -14,7 +14,7 @@ import pytest
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guidance.minimum_zone import grid, resolved
 from catalogue.guidance.placement import at_stroke, placed
-from catalogue.guidance.trace import OFF_CENTRE, Traced, _step, extended, trace
+from catalogue.guidance.trace import SPLITTING, Traced, _step, extended, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.series.pairs import circle_pair, linkage_of, slider_pair
@@ -33,7 +33,7 @@ def spanned(case: dict[str, Any]) -> CouplerCurve:
 
 def best_split(guides: CouplerCurve, half: Array, inflections: int) -> Traced:
     """Return the straightest of the places of the stroke: on the singular point, or to either side of it."""
-    centres = (0.0, OFF_CENTRE, -OFF_CENTRE) if inflections == 3 else (0.0,)
+    centres = (0.0, SPLITTING.off_centre, -SPLITTING.off_centre) if inflections == 3 else (0.0,)
     tried = [trace(guides, half, circle=False, split=True, centre=c) for c in centres]
     return min(tried, key=lambda t: float(np.nan_to_num(t.fit.deviation[0], nan=np.inf)))
 
