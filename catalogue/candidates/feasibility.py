@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,12 +25,25 @@ from .batch import CandidateBatch, every_flip, flipped
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
 #: slots with the latter.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
-#: Weight of the logarithm of the deviation beside lengths in strokes and angles in radians: a guide
-#: may deviate on its way to a region of its pivots.  Of 0.1 to 0.001 this answers nine hard
-#: requests of `tests/benchmarks/recall.py` best.
-BESIDE = 0.01
-#: Weight of a relaxed constraint.
-RELAXED = 0.02
+
+
+class ViolationWeights(NamedTuple):
+    """Weights and tolerances of violations."""
+
+    #: Weight of the logarithm of the deviation beside lengths in strokes and angles in radians: a
+    #: guide may deviate on its way to a region of its pivots. Of 0.1 to 0.001 this answers nine
+    #: hard requests of `tests/benchmarks/recall.py` best.
+    deviation: float = 0.01
+    relaxed: float = 0.02  #: weight of a relaxed constraint
+    #: Amount up to which a constraint is satisfied [strokes, rad]: rounding of both.
+    rounding: float = 1e-9
+    #: Difference of violations up to which they are equal, so that the given orientation wins ties
+    #: [strokes].
+    tie: float = 1e-12
+
+
+WEIGHTS = ViolationWeights()
+
 #: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded
 #: to double are off by more than such a guide deviates.  The first where no `max_size` is given,
 #: unless something else that is asked for is more than a tenth as large.
@@ -37,18 +51,20 @@ FARTHEST = 100.0, 1e3
 #: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that
 #: among exact guides a smaller deviation orders the answers, but gains next to nothing.
 EXACT_DEVIATION = 1e-12
-#: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four
-#: times as many places.
-SWEPT = 16
-#: Most of them: four times as many while they miss too much.
-SWEPT_MOST = 256
-#: Part of the size that they may miss of a pivot or slide, which runs fast where a block swings
-#: near its pivot.
-SWEPT_MISSED = 1e-4
-#: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
-ROUNDING = 1e-9
-#: Violations nearer than this count as equal, so that the orientation given wins ties [strokes].
-TIE = 1e-12
+
+
+class SweptGrid(NamedTuple):
+    """Positions at which the swept area is tested."""
+
+    #: Intervals between the Chebyshev points of the stroke; four times as many places are tested.
+    intervals: int = 16
+    most: int = 256  #: most intervals: four times as many while they miss too much
+    #: Error of a pivot or slide by the grid [sizes]: it is large where a block swings near its
+    #: pivot.
+    missed: float = 1e-4
+
+
+SWEPT_GRID = SweptGrid()
 
 
 @dataclass(frozen=True)
@@ -71,17 +87,17 @@ class Feasibility:
     @cached_property
     def all(self) -> Mask:
         """Whether candidates satisfy all constraints, shape (n,)."""
-        return np.asarray((np.stack(list(self.amounts.values())) <= ROUNDING).all(axis=0))
+        return np.asarray((np.stack(list(self.amounts.values())) <= WEIGHTS.rounding).all(axis=0))
 
     @property
     def counts(self) -> dict[str, int]:
         """Numbers of candidates that violate each constraint."""
-        return {name: number for name, a in self.amounts.items() if (number := int((a > ROUNDING).sum()))}
+        return {name: number for name, a in self.amounts.items() if (number := int((a > WEIGHTS.rounding).sum()))}
 
 
 def weight(name: str, relaxed: str = "") -> float:
     """Return the weight of a violation in the total; if one is relaxed, others count fully."""
-    return RELAXED if name == relaxed else BESIDE if name == "deviation" and not relaxed else 1.0
+    return WEIGHTS.relaxed if name == relaxed else WEIGHTS.deviation if name == "deviation" and not relaxed else 1.0
 
 
 def nearer_arm(found: CandidateBatch) -> Floats:
@@ -215,7 +231,7 @@ def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
     return amounts
 
 
-def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT) -> dict[str, Floats]:
+def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT_GRID.intervals) -> dict[str, Floats]:
     """Compute how far links leave the region or enter keep-out zones, negative inside."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
@@ -226,8 +242,8 @@ def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT
         if wanted.keep_out:
             swept = link_segments(built, poses)
             amounts["keep_out"] = np.max([intrusion(zone, swept) for zone in wanted.keep_out], axis=0)
-        rough = np.flatnonzero(poses.unresolved > SWEPT_MISSED * found.measures.size)
-        if len(rough) and nodes < SWEPT_MOST:
+        rough = np.flatnonzero(poses.unresolved > SWEPT_GRID.missed * found.measures.size)
+        if len(rough) and nodes < SWEPT_GRID.most:
             for name, amount in swept_violations(problem, found[rough], 4 * nodes).items():
                 amounts[name][rough] = amount
     return amounts
@@ -311,7 +327,7 @@ def best_orientation(
             if not total.any():
                 break
             continue
-        better = total < best[0] - TIE
+        better = total < best[0] - WEIGHTS.tie
         best = tuple(
             np.where(better.reshape(-1, *(1,) * (new.ndim - 1)), new, old) for new, old in zip(now, best, strict=True)
         )

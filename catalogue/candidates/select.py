@@ -14,6 +14,8 @@ directions.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Array, Floats, Indices
@@ -21,12 +23,18 @@ from ..problem.problem import Problem
 from .batch import CandidateBatch
 from .feasibility import cost, faults, values
 
-#: Starts nearer to each other than this, see `distances`, are alike.
-ALIKE = 0.03
-#: How many times as many as are kept are compared.
-COMPARED = 4
-#: Pairs of designs compared at once.
-BLOCK = 4096
+
+class SelectionOptions(NamedTuple):
+    """When candidates are alike, and how many are compared."""
+
+    alike: float = 0.03  #: distance up to which starts are alike, see `distances`
+    compared: int = 4  #: candidates compared per candidate kept
+    block: int = 4096  #: pairs of designs compared at once
+    decimals: int = 9  #: Decimals of criteria in a front: a smaller difference is rounding.
+    identical: float = 1e-6  #: distance up to which answers are one
+
+
+SELECTION = SelectionOptions()
 
 
 def normal_form(pivots: Floats, stroke: float) -> Floats:
@@ -58,7 +66,7 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     """
     poses = in_every_pose(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
-    step = max(1, BLOCK // max(len(some), 1))
+    step = max(1, SELECTION.block // max(len(some), 1))
     for start in range(0, len(others), step):
         part = others[start : start + step].transpose(1, 0, 2)
         cosine = np.abs(part @ poses).min(axis=0).reshape(part.shape[1], len(some), -1)  # of the pivot farthest off
@@ -88,14 +96,14 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
         As of `distances`.
     """
     order = np.argsort(merit, kind="stable")
-    order = order[np.isfinite(merit[order])][: COMPARED * count]
+    order = order[np.isfinite(merit[order])][: SELECTION.compared * count]
     designs = normal_form(pivots[order], 1.0)
     kept: list[int] = []
     like = np.zeros(len(order), bool)
     for i in range(len(order)):
         if not like[i] and len(kept) < count:
             kept.append(i)
-            like |= distances(designs[i : i + 1], designs, mirror=mirror)[0] < ALIKE
+            like |= distances(designs[i : i + 1], designs, mirror=mirror)[0] < SELECTION.alike
     return order[kept]
 
 
@@ -136,13 +144,6 @@ def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
     return np.array(order, dtype=int), number
 
 
-#: Criteria that differ by less than a unit of this decimal are equal in a front: rounding is no
-#: merit.
-DECIMALS = 9
-#: Answers nearer to each other than this are one.
-IDENTICAL = 1e-6
-
-
 def ranks(*keys: Array) -> Indices:
     """Count the earlier entries with equal keys, int or str arrays (n,), shape (n,)."""
     if not len(keys[0]):
@@ -169,7 +170,7 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
         chosen = _varied(problem, found, order)
         return found[chosen], number[chosen]
     here = values(problem, found)
-    table = np.stack([ranking.criterion(name, here) for name in ranking.front], axis=1).round(DECIMALS)
+    table = np.stack([ranking.criterion(name, here) for name in ranking.front], axis=1).round(SELECTION.decimals)
     order, number = spread_order(table, key)
     chosen = _varied(problem, found, order)
     chosen = chosen[np.lexsort((key[chosen], *table[chosen].T[::-1], number[chosen]))]
@@ -182,7 +183,7 @@ def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
     As many as are requested, and few of a series while there are others.
     """
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
-    apart = max(ranking.distinct, IDENTICAL)
+    apart = max(ranking.distinct, SELECTION.identical)
     like = np.zeros(len(order), bool)
     count: dict[str, int] = {}
     kept: list[int] = []

@@ -17,8 +17,8 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import (
     PIVOT_REGIONS,
-    ROUNDING,
-    SWEPT,
+    SWEPT_GRID,
+    WEIGHTS,
     Feasibility,
     farthest,
     feasibility,
@@ -200,7 +200,7 @@ class Explanation:
         wanted = self.problem.constraints
         implied = {"full_rotation"} if wanted.min_transmission_turn or wanted.min_lift else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
-            if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
+            if (amount > WEIGHTS.rounding).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
         every = [*refined.values()][: 1 if self.problem.constraints.given else None]  # then all are equal
@@ -230,7 +230,7 @@ class Explanation:
         amount = np.sum([broken.amounts[name] for name in names], axis=0)
         rest = [broken.amounts[name] for name in broken.amounts if name not in names]
         others = np.sum([np.zeros_like(amount), *rest], axis=0)
-        return np.where(others <= ROUNDING, amount, np.inf)
+        return np.where(others <= WEIGHTS.rounding, amount, np.inf)
 
     def _best(
         self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], rooms: tuple[float, ...]
@@ -241,7 +241,7 @@ class Explanation:
         if not np.isfinite(amount[best]):
             return None
         one = found[np.array([best])]
-        for room in rooms if amount[best] > ROUNDING else ():
+        for room in rooms if amount[best] > WEIGHTS.rounding else ():
             bounds = {name: self._value(name, one, room) for name in names}
             if (answers := self._answers(bounds, one)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
@@ -256,7 +256,7 @@ class Explanation:
             broken = feasibility(self.problem, found)
             less = self._least(broken, (name,))
             best = int(np.argmin(less))
-            if not ROUNDING < less[best] < amount - FAR_OFF:
+            if not WEIGHTS.rounding < less[best] < amount - FAR_OFF:
                 break
             one = found[np.array([best])]
             nearer = {name: self._value(name, one, ROOMS[0])}
@@ -302,7 +302,7 @@ class Explanation:
         if name in PIVOT_REGIONS:
             return _widened(problem, name, standing(name, one.linkage, m.slides), room)
         if name == "swept_in":
-            poses = SampledPoses.of(one.curve, one.traced, SWEPT, inverse=problem.constraints.slots)
+            poses = SampledPoses.of(one.curve, one.traced, SWEPT_GRID.intervals, inverse=problem.constraints.slots)
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)
         if name == "deviation":
             value = s * one.deviation / SEARCH_TOLERANCE

@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,23 +33,30 @@ from ..series.series import Series
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 
-#: Moves that the bound holds for: of each coordinate by this part of its unit, a distance from the
-#: guided point.
-REGION = 0.01
-#: A peak of the error counts as one of the alternation if it is at least this part of the largest.
-PEAK = 0.95
-#: Price of a broken constraint in the proof.
-PENALTY = 30.0
+
+class CertificateOptions(NamedTuple):
+    """Region and resolution of the certificate."""
+
+    #: Moves for which the bound holds: this part of the unit of each coordinate, a distance from
+    #: the guided point.
+    region: float = 0.01
+    #: Part of the largest error from which a peak counts as an extremum of the alternation.
+    peak: float = 0.95
+    penalty: float = 30.0  #: price of a violated constraint in the proof
+    instants: int = 64  #: intervals between the examined instants of the stroke
+
+
+PROOF = CertificateOptions()
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """How good n guides are; arrays of shape (n,).
+    """Quality of n guides; arrays of shape (n,).
 
-    The gap is what moves within `REGION` could at most still take away from the cost, to first
-    order: of a deviation as a part of it, of a score as a part of the desirability, else in strokes
-    and right angles.  0 where the guide is stationary; NaN where the path returns, where it is
-    exact but for rounding and the deviation is ranked, and where nothing was proved.
+    The gap bounds, to first order, the further reduction of the cost by moves within
+    `PROOF.region`: of a deviation as a part of it, of a score as a part of the desirability, else
+    in strokes and right angles.  0 where the guide is stationary; NaN where the path returns, where
+    it is exact but for rounding and the deviation is ranked, and where nothing was proved.
     """
 
     gap: Floats
@@ -67,7 +74,7 @@ def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | 
     if len(some):
         with np.errstate(all="ignore"):
             linear = linearise(problem, found[some], guides[some], moves or PivotCoordinates())
-            step = take_step(linear, np.full(len(some), REGION), np.full(len(some), PENALTY), margin=0.0)
+            step = take_step(linear, np.full(len(some), PROOF.region), np.full(len(some), PROOF.penalty), margin=0.0)
             gap[some] = np.maximum(step.bound, 0.0)
         count[some] = np.where(exact[some], 0, alternations(linear.error))
     return Certificate(gap, count)
@@ -75,17 +82,13 @@ def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | 
 
 def alternations(error: Floats) -> Array:
     """Count the peaks of errors (n, m) along paths that alternate at the largest error, (n,)."""
-    large = np.abs(error) >= PEAK * np.abs(error).max(1, keepdims=True)
+    large = np.abs(error) >= PROOF.peak * np.abs(error).max(1, keepdims=True)
     count, last = np.zeros(len(error), int), np.zeros(len(error))
     for at, sign in zip(large.T, np.sign(error).T, strict=True):
         new = at & (sign != last)
         count += new
         last = np.where(new, sign, last)
     return count
-
-
-#: Intervals between the instants of the stroke that are looked at.
-INSTANTS = 64
 
 
 class Drifts:
@@ -114,7 +117,7 @@ def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = Fal
     Linkages of slots are inverted.  NaN where the series is not registered, and for cognates, which
     are of another one.
     """
-    n, t = len(found), found.traced.parameters(grid(INSTANTS).nodes)
+    n, t = len(found), found.traced.parameters(grid(PROOF.instants).nodes)
     pose = found.curve.motion.pose(t)
     pivots = np.empty((len(t), n, 2, 2, 3))
     pivots[...] = found.linkage.pivots

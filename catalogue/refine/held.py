@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,12 +15,16 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from .subproblem import PivotCoordinates
 
-#: Step of the differences of lengths by coordinates [strokes].
-STEP = 1e-6
-#: Corrections of the lengths after a move at most.
-ROUNDS = 6
-#: Error of the lengths at which corrections stop [strokes].
-CLOSE = 1e-13
+
+class Projection(NamedTuple):
+    """Return to the held lengths after a step."""
+
+    difference: float = 1e-6  #: step of the differences of lengths by coordinates [strokes]
+    rounds: int = 6  #: most corrections of the lengths
+    close: float = 1e-13  #: error of the lengths at which corrections stop [strokes]
+
+
+PROJECTION = Projection()
 
 
 @dataclass(frozen=True)
@@ -63,9 +68,9 @@ class HeldLengths:
         Only those that there are; moves are measured in units (n, 10, 10).
         """
         there = np.ones(len(linkage), bool)
-        for _ in range(ROUNDS):
+        for _ in range(PROJECTION.rounds):
             missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)
-            if (np.abs(missing) <= CLOSE).all():
+            if (np.abs(missing) <= PROJECTION.close).all():
                 break
             by = self._slopes(linkage, point) @ unit
             with np.errstate(all="ignore"):
@@ -74,7 +79,7 @@ class HeldLengths:
             unit = unit[good]
             there[there] = good
         missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)
-        closed = (np.abs(missing) <= 1e3 * CLOSE).all(1)
+        closed = (np.abs(missing) <= 1e3 * PROJECTION.close).all(1)
         there[there] = closed
         return linkage[closed], point[closed], there
 
@@ -96,10 +101,11 @@ class HeldLengths:
         """Return the derivatives of the lengths by the coordinates, shape (n, k, 10)."""
         n, k = len(linkage), len(self.values)
         each = np.tile(np.arange(n), 2 * COUNT)
-        steps = np.repeat(np.concatenate([STEP * np.eye(COUNT), -STEP * np.eye(COUNT)]), n, axis=0)
+        ahead = PROJECTION.difference * np.eye(COUNT)
+        steps = np.repeat(np.concatenate([ahead, -ahead]), n, axis=0)
         pivots = linkage.pivots[each].copy()
         pivots[..., :2] += steps[:, :8].reshape(-1, 2, 2, 2)
         moved = Linkage.trusted(pivots)
         values = [here for _, here in self._lengths(moved, point[each] + steps[:, 8] + 1j * steps[:, 9])]
         high, low = np.stack(values, axis=-1).reshape(2, COUNT, n, k)
-        return np.asarray(np.moveaxis(high - low, 0, -1) / (2 * STEP))
+        return np.asarray(np.moveaxis(high - low, 0, -1) / (2 * PROJECTION.difference))

@@ -13,19 +13,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..kinematics.types import Floats
 
-#: Least factor of the damping from step to step; it follows the length of steps over their radius.
-LESS = 0.2
-#: Largest factor.
-MORE = 30.0
-#: Damping that rounding asks for, over the largest entry of a matrix.
-TINY = 1e-13
-#: Least damping.
-LEAST = 0.01
+
+class Damping(NamedTuple):
+    """How the damping follows the length of steps over their radius."""
+
+    less: float = 0.2  #: least factor of the damping from step to step
+    more: float = 30.0  #: largest factor
+    tiny: float = 1e-13  #: damping that rounding asks for [largest entry of the matrix]
+    least: float = 0.01  #: least damping
+
+
+DAMPING = Damping()
 
 
 @dataclass(frozen=True)
@@ -93,10 +97,10 @@ def bring_inside(
             over = hinges.open(step, multipliers)
             square = columns @ (hinges.slope * (over != 0)[..., None])
             most = np.abs(square[:, diagonal, diagonal]).max(1)
-            square[:, diagonal, diagonal] += (damping + TINY * most)[:, None]
+            square[:, diagonal, diagonal] += (damping + DAMPING.tiny * most)[:, None]
             pull = (columns @ over[..., None])[..., 0] + damping[:, None] * step
             step = step - np.nan_to_num(np.linalg.solve(square, pull[..., None])[..., 0])
             far = np.abs(step).max(1) / radius
-            damping = np.maximum(damping * np.clip(far, LESS, MORE), LEAST)
+            damping = np.maximum(damping * np.clip(far, DAMPING.less, DAMPING.more), DAMPING.least)
     far = np.maximum(np.abs(step).max(1) / radius, 1.0)
     return step / far[:, None], multipliers, damping

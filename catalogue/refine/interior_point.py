@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..kinematics.batch import Rows
 from ..kinematics.types import Array, Floats
 
-#: Iterations at most.
-ITERATIONS = 50
-#: Residual of complementarity, rows and gradient at which they stop.
-CLOSE = 1e-6
-#: Residual of complementarity below which the others, unless they fall by half, are rounding of
-#: large multipliers, which would only grow.
-CLOSEST = 1e-9
-#: Programmes solved together at most.
-BLOCK = 128
-#: Multipliers start at this power of the largest cost, which is what penalties bring them to in the
-#: end.
-FIRST = 0.6
-#: Part of the way to the border of the positive orthant that a step goes.
-INSIDE = 0.99
+
+class InteriorPoint(NamedTuple):
+    """Mehrotra's method: limits and starting point."""
+
+    iterations: int = 50  #: most iterations
+    close: float = 1e-6  #: residual of complementarity, rows and gradient at which they stop
+    #: Residual of complementarity below which the others, unless they fall by half, are rounding
+    #: of large multipliers, which would only grow.
+    closest: float = 1e-9
+    block: int = 128  #: most programmes solved together
+    #: Power of the largest cost at which multipliers start: penalties bring them to about that in
+    #: the end.
+    first: float = 0.6
+    inside: float = 0.99  #: part of the way to the border of the positive orthant that a step goes
+
+
+IPM = InteriorPoint()
 
 
 def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Floats, Floats]:
@@ -48,19 +52,19 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         Of the rows, all positive.
     """
     n, k, p = rows.shape
-    if n > BLOCK:  # what a processor has at hand: else its memory is what takes time
-        each = [slice(i, i + BLOCK) for i in range(0, n, BLOCK)]
+    if n > IPM.block:  # what a processor has at hand: else its memory is what takes time
+        each = [slice(i, i + IPM.block) for i in range(0, n, IPM.block)]
         parts = [solve(weight[s], cost[s], rows[s], right[s]) for s in each]
         return np.concatenate([x for x, _ in parts]), np.concatenate([y for _, y in parts])
     solution, multipliers = np.zeros((n, p)), np.ones((n, k))
     active, before = np.arange(n), np.full(n, np.inf)
     programmes = _Programmes(weight, cost, rows, np.ascontiguousarray(np.swapaxes(rows, 1, 2)), right)
-    dual = np.ones((n, k)) * np.maximum(np.abs(cost).max(1, keepdims=True), 1.0) ** FIRST
+    dual = np.ones((n, k)) * np.maximum(np.abs(cost).max(1, keepdims=True), 1.0) ** IPM.first
     at = _Iterates(np.zeros((n, p)), np.maximum(right, 1.0), dual)
-    for _ in range(ITERATIONS):
+    for _ in range(IPM.iterations):
         missing = _missing(programmes, at)
         gap, residual = missing.gap[:, 0], missing.largest
-        left = (gap > CLOSE) | ((residual > CLOSE) & ((gap > CLOSEST) | (residual < 0.5 * before)))
+        left = (gap > IPM.close) | ((residual > IPM.close) & ((gap > IPM.closest) | (residual < 0.5 * before)))
         before = residual[left]
         if not left.all():
             solution[active], multipliers[active] = at.x, at.dual
@@ -125,11 +129,12 @@ def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
     ).mean(1, keepdims=True)
     centring = (after / missing.gap) ** 3
     step = _newton(of, at, missing, normal, centring * missing.gap - product - ahead.slack * ahead.dual)
-    length = INSIDE * _far(at.slack, step.slack)  # the quadratic term, which would have both go as far, weighs little
+    # primal and dual steps may differ in length, as the quadratic term weighs little
+    length = IPM.inside * _far(at.slack, step.slack)
     return _Iterates(
         at.x + length * step.x,
         at.slack + length * step.slack,
-        at.dual + INSIDE * _far(at.dual, step.dual) * step.dual,
+        at.dual + IPM.inside * _far(at.dual, step.dual) * step.dual,
     )
 
 

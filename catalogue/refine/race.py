@@ -24,7 +24,7 @@ from ..kinematics.types import Floats, Indices, Mask
 from ..problem.problem import Problem
 from .hinges import bring_inside
 from .race_model import Linear
-from .subproblem import FLATTEST, units
+from .subproblem import GRID, units
 
 
 @dataclass(frozen=True)
@@ -35,14 +35,14 @@ class TrustRegion:
     widest: float = 0.6  #: largest radius
     wider: float = 2.5  #: factor after a round that lowered the merit
     narrower: float = 0.25  #: factor after one that did not
+    damping: float = 0.1  #: damping of the first step
 
 
 TRUST = TrustRegion()
 #: By how much measures aspire to less, at least and at most, within these as far as the radius:
 #: with short steps only the largest pieces decide [strokes, right angles, `PART`].
 ASPIRE = (0.01, 0.5)
-#: Damping of the first step.
-DAMPING = 0.1
+
 #: Newton steps of a round before and after multipliers are renewed.
 PLAN = (4, 2)
 #: Newton steps that correct it.
@@ -71,7 +71,7 @@ class Race:
         if bend is None:
             way = np.where(fit.along.real < 0, -1.0, 1.0)
             curvature = way * fit.curvature.astype(float)
-            curvature = np.where(curvature < -1 / FLATTEST, curvature, -1 / FLATTEST)
+            curvature = np.where(curvature < -1 / GRID.flattest, curvature, -1 / GRID.flattest)
         else:
             curvature = np.full(len(starts), float(bend))
         with np.errstate(all="ignore"):
@@ -79,7 +79,7 @@ class Race:
             some = np.flatnonzero(machine.reached)
             here = Linear.of(problem, machine[some])
         n = len(some)
-        damping, radius = np.full(n, DAMPING), np.full(n, TRUST.first)
+        damping, radius = np.full(n, TRUST.damping), np.full(n, TRUST.first)
         return cls(problem, here, here, here.violation <= 0, some, np.zeros((n, here.bounded)), radius, damping)
 
     def __len__(self) -> int:

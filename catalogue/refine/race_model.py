@@ -7,6 +7,7 @@ Errors, limits and measures become hinges (`hinges`): errors within the toleranc
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,31 +24,35 @@ from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from .hinges import Hinges
 from .quantities import NONE, Pieces, Quantities
-from .subproblem import FLATTEST, PIVOT_STEP, limits, marginal_costs, units, wider
+from .subproblem import GRID, limits, marginal_costs, units, wider
 
 #: Part of the tolerance that steps are to spare before costs count, and afterwards.
 SPARE = (0.04, 0.05)
 #: What limits are to spare then [strokes, right angles].
 APART = (4e-3, 2e-3)
-#: Part of the former that is missed at no price.
-LITTLE = 2e-3
-#: Part of the latter.
-SLIGHTLY = 2e-4
-#: Amount of a broken limit that weighs as much as an error of the whole tolerance [strokes].
-UNIT = 0.05
-#: Part of the tolerance that errors which are ranked are counted in.
-PART = 0.1
-#: What a violation costs beside what is ranked, of an error as large as the tolerance: little, as
-#: the next round makes up for it, and a path that never leaves a curved limit is a slow one.
-PRICE = 0.01
-#: Part of its deviation that a machine aims at where the least is sought.
-SHRINK = 0.3
-#: Standard deviations of the error at one station that stand for the allowance of a path.
-ALLOWANCE = 2.2
-#: Part of the tolerance that is left to errors, whatever allowance is asked for.
-LEAST_LEFT = 0.2
-#: Sharpest nominal [1/stroke].
-SHARPEST = -1.9
+
+
+class RaceModel(NamedTuple):
+    """Weights and aims of a race."""
+
+    free_error: float = 2e-3  #: error beyond what is to spare that costs nothing [tolerances]
+    #: violation beyond what is to spare that costs nothing [strokes, right angles]
+    free_violation: float = 2e-4
+    #: violation that weighs as much as an error of the whole tolerance [strokes]
+    unit: float = 0.05
+    part: float = 0.1  #: unit of errors that are ranked [tolerances]
+    #: Cost of a violation as large as the tolerance, beside the ranking: little, as the next round
+    #: makes up for it, and a path that never leaves a curved limit is slow.
+    price: float = 0.01
+    shrink: float = 0.3  #: deviation that a linkage aims at over its own, where the least is sought
+    #: Standard deviations of the error at one station that stand for the allowance of a path.
+    allowance: float = 2.2
+    #: least part of the tolerance that is left to errors, whatever the allowance asked for
+    least_left: float = 0.2
+    sharpest: float = -1.9  #: curvature of the sharpest nominal [1/stroke]
+
+
+RACE_MODEL = RaceModel()
 
 
 @dataclass(frozen=True)
@@ -92,11 +97,11 @@ class Linear(Rows):
         slope = np.moveaxis(by.across, 0, 1) * unit
         bounds = list(limits(problem, read).values())
         scatter = np.sqrt((by.across**2).sum(-1).max(0))
-        left = problem.deviation - ALLOWANCE * scatter * (problem.constraints.min_allowance or 0.0)
-        tolerance = np.maximum(left, LEAST_LEFT * problem.deviation)
+        left = problem.deviation - RACE_MODEL.allowance * scatter * (problem.constraints.min_allowance or 0.0)
+        tolerance = np.maximum(left, RACE_MODEL.least_left * problem.deviation)
         aim = tolerance
         if problem.ranking.only == "deviation":
-            aim = np.minimum(SHRINK * machine.deviation, tolerance)
+            aim = np.minimum(RACE_MODEL.shrink * machine.deviation, tolerance)
         ranked = _Ranked.of(problem, read, machine, by, scatter)
         bounds, pieces = ([Pieces(p.value, p.slope * unit) for p in part] for part in (bounds, ranked.pieces))
         if problem.curvature is None:
@@ -105,17 +110,17 @@ class Linear(Rows):
             bounds.append(_of_radius(machine.curvature, slope.shape[2]))
         rates = ranked.rates
         if ranked.by_error is not None:
-            part = PART * problem.deviation
+            part = RACE_MODEL.part * problem.deviation
             pieces.append(_both_sides(machine.error / part, slope / part))
-            rates = [*rates, PART * ranked.by_error]
+            rates = [*rates, RACE_MODEL.part * ranked.by_error]
         limit, limit_slope = _joined(bounds)
         measure, measure_slope, rate = _below_largest(pieces, rates, slope.shape)
         with np.errstate(all="ignore"):
             beyond = np.maximum(np.log(machine.deviation / tolerance), 0.0)
-        broken = beyond + np.maximum(limit, 0.0).max(1) / UNIT
+        broken = beyond + np.maximum(limit, 0.0).max(1) / RACE_MODEL.unit
         good = machine.reached & np.isfinite(broken) & np.isfinite(slope).all((1, 2))
         good &= np.isfinite(limit_slope).all((1, 2)) & np.isfinite(measure_slope).all((1, 2))
-        good &= machine.curvature > SHARPEST
+        good &= machine.curvature > RACE_MODEL.sharpest
         cost, violation = np.asarray(ranked.cost, float), np.where(good, broken, np.inf)
         rows = limit, limit_slope, measure, measure_slope
         return cls(machine, slope, *rows, rate, tolerance, aim, cost, violation)
@@ -139,7 +144,7 @@ class Linear(Rows):
         scale, weight = self.aim[:, None], np.sqrt(self.rate / aspired[:, None]) * inside[:, None]
         parts = (
             (error / scale, self.slope / scale[..., None]),
-            ((self.limit + apart[:, None]) / UNIT, self.limit_slope / UNIT),
+            ((self.limit + apart[:, None]) / RACE_MODEL.unit, self.limit_slope / RACE_MODEL.unit),
             (weight * (self.measure + aspired[:, None]), weight[..., None] * self.measure_slope),
         )
         value, slope = (np.concatenate(every, axis=1) for every in zip(*parts, strict=True))
@@ -147,12 +152,12 @@ class Linear(Rows):
 
     def merit(self, inside: Mask) -> Floats:
         """Return merits, less is better; infinite for a machine that does not run."""
-        spare = np.where(inside, LITTLE, SPARE[0])
-        apart = np.where(inside, SLIGHTLY, APART[0])
+        spare = np.where(inside, RACE_MODEL.free_error, SPARE[0])
+        apart = np.where(inside, RACE_MODEL.free_violation, APART[0])
         error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
-        limit = (self.limit + apart[:, None]) / UNIT
+        limit = (self.limit + apart[:, None]) / RACE_MODEL.unit
         beyond = 0.5 * ((np.maximum(error, 0) ** 2).sum(1) + (np.maximum(limit, 0) ** 2).sum(1))
-        merit = np.where(inside, self.cost + PRICE * beyond, beyond)
+        merit = np.where(inside, self.cost + RACE_MODEL.price * beyond, beyond)
         return np.where(np.isfinite(self.violation), merit, np.inf)
 
 
@@ -195,7 +200,7 @@ class _Ranked:
             else:
                 values[name] = np.where(there, worst, 0.0)
         values["deviation"] = machine.deviation / asked
-        values["allowance"] = (asked - machine.deviation) / (ALLOWANCE * scatter * asked)
+        values["allowance"] = (asked - machine.deviation) / (RACE_MODEL.allowance * scatter * asked)
         marginal = marginal_costs(ranking, values)
         cost, rates, by_error = ranking.cost(values), [marginal[name] for name in names], marginal.get("deviation")
         if ranking.only == "deviation":
@@ -205,7 +210,7 @@ class _Ranked:
             slope = (forgiven / scatter)[:, None] * _scatter_slope(machine, by)
             pieces.append(Pieces(-forgiven[:, None], slope[:, None]))
             rates.append(rate)
-            by_error = (0.0 if by_error is None else by_error) + rate / (ALLOWANCE * scatter)
+            by_error = (0.0 if by_error is None else by_error) + rate / (RACE_MODEL.allowance * scatter)
         return cls(cost, pieces, rates, by_error)
 
 
@@ -220,18 +225,18 @@ def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
     Differences at its station, to which displaced machines move by their first derivatives.
     """
     square = (by.across**2).sum(-1)
-    step = np.tile(PIVOT_STEP * np.eye(COUNT), (len(machine), 1))
+    step = np.tile(GRID.pivot_step * np.eye(COUNT), (len(machine), 1))
     each, moved = np.repeat(np.arange(len(machine)), COUNT), np.tile(np.arange(COUNT), len(machine))
     linkage, point, good = displaced(machine.linkage[each], machine.point[each], step)
     each, moved = each[good], moved[good]
     at = np.argmax(square, axis=0)[each]
     d, x, origin = machine.pose
-    shift = d[at, each] + PIVOT_STEP * by.shift[at, each, moved]
-    turn = (1 + x[at, each]) * np.exp(1j * PIVOT_STEP * by.angle[at, each, moved])
+    shift = d[at, each] + GRID.pivot_step * by.shift[at, each, moved]
+    turn = (1 + x[at, each]) * np.exp(1j * GRID.pivot_step * by.angle[at, each, moved])
     pose = Pose(shift[None], turn[None] - 1, origin[each])
     after = jacobian_at(linkage, point, pose, machine.nominal[1][at, each]).across[0]
     slope = np.zeros((len(machine), COUNT))
-    slope[each, moved] = (np.sqrt((after**2).sum(-1)) - np.sqrt(square[at, each])) / PIVOT_STEP
+    slope[each, moved] = (np.sqrt((after**2).sum(-1)) - np.sqrt(square[at, each])) / GRID.pivot_step
     return np.nan_to_num(slope)
 
 
@@ -256,4 +261,4 @@ def _of_radius(bend: Floats, count: int) -> Pieces:
     """Return the limits on curvatures, the last of so many coordinates: neither flat nor full."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
-    return Pieces(np.stack([bend + 1 / FLATTEST, -FULLEST - bend], axis=1), slope)
+    return Pieces(np.stack([bend + 1 / GRID.flattest, -FULLEST - bend], axis=1), slope)

@@ -10,6 +10,7 @@ at a rising penalty; a found one meets all of them as measured.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,33 +23,34 @@ from ..problem.problem import Problem
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 
-#: First trust radius, in the units of `Parametrisation`.
-RADIUS = 0.1
+
+class SqpOptions(NamedTuple):
+    """Trust radius, penalty and termination of the optimiser."""
+
+    radius: float = 0.1  #: first trust radius [units of `Parametrisation`]
+    second: float = 0.5  #: factor of the radius of the second step
+    #: Rounds after which charts are chosen anew: guides move little farther than a radius in each.
+    charted: int = 4
+    #: Largest margin of the second step inside the tolerance [tolerances]: by what the first one
+    #: missed it.
+    missed: float = 0.1
+    short: float = 1e-5  #: trust radius below which a candidate has converged
+    #: Successive rounds of little gain after which it has converged; in haste one, after a better
+    #: round, where no constraint is violated.
+    patience: int = 2
+    stalled: float = 1e-3  #: relative gain that is little
+    penalty: float = 10.0  #: first penalty [1/stroke, 1/rad]
+    #: penalty of feasible guides; with 30, 100 or 300 answers are alike
+    feasible_penalty: float = 100.0
+    max_penalty: float = 1e4  #: largest penalty
+    steeper: float = 4.0  #: factor of the penalty where the violation falls too little
+    falls: float = 0.7  #: ratio of successive violations above which it falls too little
+
+
+SQP = SqpOptions()
+
 #: Factors of the radius that are tried.
 RADIUS_FACTORS = (0.2, 0.7, 2.5)
-#: Factor of the radius of the second step.
-SECOND = 0.5
-#: After how many rounds charts are chosen anew: guides go little farther than a radius in each.
-CHARTED = 4
-#: By which part of the deviation allowed the second step stays inside it, at most: by what the
-#: first one missed it.
-MISSED = 0.1
-#: Radius below which a guide rests.
-SHORT = 1e-5
-#: Rounds in a row with little gain after which it rests; in haste one after a better one, where no
-#: constraint is violated.
-PATIENCE = 2
-#: Relative gain that is little.
-STALLED = 1e-3
-#: First penalty [1/stroke, 1/radian].
-PENALTY = 10.0
-#: Penalty of feasible guides; with 30, 100 or 300 answers are alike.
-HELD = 100.0
-#: Largest penalty.
-STEEPEST = 1e4
-#: Factor of the penalty where the violation does not fall to `FALLS` of the last one.
-STEEPER = 4.0
-FALLS = 0.7
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ class Refinement:
         start: CandidateBatch,
         moves: Parametrisation | None = None,
         nominal: Nominal | None = None,
-        penalty: float = PENALTY,
+        penalty: float = SQP.penalty,
         hasty: bool = False,
     ) -> Refinement:
         """Return the refinement of placed guides, which need not meet the constraints.
@@ -130,7 +132,7 @@ class Refinement:
         active = ((start.traced.relative > EXACT_DEVIATION) | ~met) & np.isfinite(start.deviation) & ~start.curve.cusp
         if problem.ranking.only != "deviation":
             active = np.isfinite(start.deviation) & ~start.curve.cusp
-        prices = np.where(met, max(HELD, penalty), penalty)
+        prices = np.where(met, max(SQP.feasible_penalty, penalty), penalty)
         return cls(
             problem,
             start,
@@ -140,7 +142,7 @@ class Refinement:
             value,
             broken.total.copy(),
             broken.total.copy(),
-            np.full(n, RADIUS),
+            np.full(n, SQP.radius),
             prices,
             np.asarray(active),
             np.zeros(n, int),
@@ -185,22 +187,22 @@ class Refinement:
         to = at[of[gained]]
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
-        fell[to] |= total[gained] <= FALLS * self.violation[to]
+        fell[to] |= total[gained] <= SQP.falls * self.violation[to]
         self.current = self.current.replaced(to, trials.candidates[gained])
-        if self.nominal is None and self.rounds % CHARTED == 0:
+        if self.nominal is None and self.rounds % SQP.charted == 0:
             self.current = self.current.replaced(at, in_best_charts(self.problem, self.current[at]))
         self.violation[to] = total[gained]
-        steeper = np.where(fell[at], 1.0, STEEPER)
-        self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
-        self.penalty = np.where(self.violation <= 0, np.maximum(self.penalty, HELD), self.penalty)
+        steeper = np.where(fell[at], 1.0, SQP.steeper)
+        self.penalty[at] = np.minimum(self.penalty[at] * steeper, SQP.max_penalty)
+        self.penalty = np.where(self.violation <= 0, np.maximum(self.penalty, SQP.feasible_penalty), self.penalty)
         by = np.full(len(self.active), RADIUS_FACTORS[0] ** 2)
         by[to] = trials.factor[gained]
         self.radius[at] = np.minimum(self.radius[at] * by[at], 1.0)
         gain = np.zeros(len(self.active))
         gain[to] = np.where(np.isfinite(before), before, np.inf)[of[gained]] - merit[gained]
         soon = self.hasty & (self.violation[at] <= 0)
-        self.stalled[at] = np.where(gain[at] < STALLED, self.stalled[at] + 1, soon.astype(int))
-        self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
+        self.stalled[at] = np.where(gain[at] < SQP.stalled, self.stalled[at] + 1, soon.astype(int))
+        self.active = self.active & (self.radius > SQP.short) & (self.stalled < SQP.patience)
         return bool(self.active.any())
 
     def _keep(self, at: Indices, trials: Trials) -> None:
@@ -226,9 +228,9 @@ class Refinement:
         if not len(led):
             return one
         from_, of, factor = one.candidates[led], one.of[led], one.factor[led]
-        missed = np.clip(from_.deviation / self.problem.deviation - 1, 0.0, MISSED)
+        missed = np.clip(from_.deviation / self.problem.deviation - 1, 0.0, SQP.missed)
         each = np.arange(len(led))
-        two = self._stepped(from_, each, factor, SECOND * factor * radius[of], penalty[of], 1 - missed)
+        two = self._stepped(from_, each, factor, SQP.second * factor * radius[of], penalty[of], 1 - missed)
         return join(one, replace(two, of=of[two.of]))
 
     def _stepped(

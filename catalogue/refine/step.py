@@ -13,18 +13,25 @@ from ..kinematics.types import Floats, Mask
 from .interior_point import solve
 from .subproblem import Subproblem
 
-#: How far inside the constraints the linear problem stays [strokes, right angles].
-MARGIN = 2e-5
-#: Pull towards short steps, in parts of the squared radius, which makes the linear programme a
-#: regular one.
-PULL = 1e-3
-#: Cost of what a measure rises by even where the cost does not depend on it, and of slack that
-#: nobody needs.
-SLIGHT = 1e-3
+
+class StepOptions(NamedTuple):
+    """The convex programme of a step."""
+
+    #: Distance inside the constraints at which the programme stays [strokes, right angles].
+    margin: float = 2e-5
+    #: Weight of the squared step [squared radii], which makes the linear programme a strictly
+    #: convex one.
+    pull: float = 1e-3
+    #: Cost of a rise of measures on which the cost does not depend, and of slack that is not
+    #: needed.
+    slight: float = 1e-3
+    balanced: float = 1e-4  #: Residual of stationarity up to which multipliers prove a bound.
+
+
+STEP = StepOptions()
+
 #: Constraints that share a slack.
 SHARING = ("collapse", "distance from the moving pivots", "radius")
-#: Multipliers prove a bound if they balance the cost of what is no step up to this.
-BALANCED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class Step:
 
 
 def take_step(
-    problem: Subproblem, radius: Floats, penalty: Floats, margin: float = MARGIN, share: Floats | float = 1.0
+    problem: Subproblem, radius: Floats, penalty: Floats, margin: float = STEP.margin, share: Floats | float = 1.0
 ) -> Step:
     """Return the steps |s_k| <= radius of the least linearised cost and penalised violation.
 
@@ -115,7 +122,7 @@ def _programme(
     columns = _Columns(problem)
     cost = _costs(problem, scaling, columns, penalty)
     square = np.full(cost.shape, 1e-9)
-    square[:, : columns.steps] = PULL / (scaling.stretch * radius[:, None]) ** 2
+    square[:, : columns.steps] = STEP.pull / (scaling.stretch * radius[:, None]) ** 2
     blocks = [*_elastic_rows(problem, scaling, columns, margin, share), *_box(scaling, radius)]
     return _Programme(square, cost, *_assembled(blocks, columns.width))
 
@@ -146,7 +153,7 @@ def _costs(problem: Subproblem, scaling: _Scaling, columns: _Columns, penalty: F
     if "deviation" in problem.marginal:
         cost[:, columns.error] = problem.marginal["deviation"] * scaling.unit / problem.allowed
     for name, column in columns.measures.items():
-        cost[:, column] = problem.marginal[name] + SLIGHT
+        cost[:, column] = problem.marginal[name] + STEP.slight
     cost[:, columns.shared :] = penalty[:, None]
     for name, column in columns.own.items():
         cost[:, column] *= weight(name, problem.relaxed)
@@ -228,7 +235,7 @@ def _dual_bound(
     # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order
     # 1
     unbalanced = np.abs(programme.cost[:, p:] + (proof[:, None] @ rows[..., p:])[:, 0]).sum(1)
-    return np.where(unbalanced <= BALANCED, bound + 2 * unbalanced, np.nan)
+    return np.where(unbalanced <= STEP.balanced, bound + 2 * unbalanced, np.nan)
 
 
 def _violation(problem: Subproblem, unit: Floats, margin: float) -> Floats:

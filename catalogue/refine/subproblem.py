@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -37,9 +37,24 @@ from ..problem.problem import Problem
 from ..problem.ranking import RISING, Ranking
 from .quantities import Pieces, Quantities
 
-#: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it
-#: stood there.
-LEAST_UNIT = 0.1
+
+class Linearisation(NamedTuple):
+    """Points and steps of the linearised problem."""
+
+    #: Distance from the guided point below which moves of a pivot have no smaller unit [strokes].
+    least_unit: float = 0.1
+    nodes: int = 32  #: intervals between the points at which the distance is linearised
+    fewer: int = 16  #: intervals between those at which transmission is read
+    flattest: float = 50.0  #: radius of the flattest arc, if none is given [strokes]
+    bend_step: float = 1e-6  #: step of differences by curvatures [1/stroke]
+    pivot_step: float = 1e-5  #: step of differences by pivots, in their units
+    worse: float = 0.02  #: step of differences by measures, towards the worse
+    #: Distance of a constraint within which its derivatives are differenced [strokes, rad].
+    near: float = 0.05
+
+
+GRID = Linearisation()
+
 #: The coordinate that never moves: the guided point is in the middle of its stroke.
 ALONG = 8
 
@@ -96,26 +111,10 @@ def units(linkage: Linkage, point: Complexes) -> Floats:
     The guided point itself moves across the path alone.
     """
     arm = np.abs(linkage.points - point[:, None, None]).reshape(-1, 4)
-    unit = np.where(linkage.finite.reshape(-1, 4), np.maximum(arm, LEAST_UNIT), 1.0)
+    unit = np.where(linkage.finite.reshape(-1, 4), np.maximum(arm, GRID.least_unit), 1.0)
     unit = np.repeat(np.concatenate([unit, np.ones((len(unit), 1))], axis=1), 2, axis=1)
     unit[:, ALONG] = 0.0
     return unit
-
-
-#: Intervals between the points at which the distance is linearised.
-NODES = 32
-#: Intervals between those at which transmission is read.
-FEWER = 16
-#: Flattest arc that is still one if the radius is not given [strokes].
-FLATTEST = 50.0
-#: Step of differences by curvatures [1/stroke].
-BEND_STEP = 1e-6
-#: Step of differences by pivots, in their units.
-PIVOT_STEP = 1e-5
-#: Step of differences by measures, towards the worse.
-WORSE = 0.02
-#: How near a constraint must be for its derivatives to be differenced [strokes, radians].
-NEAR = 0.05
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,7 @@ def linearise(
     nominal in place if one is given.
     """
     many = problem.is_wide or "deviation" in (problem.ranking.only, problem.relaxed)
-    intervals = NODES if many else FEWER
+    intervals = GRID.nodes if many else GRID.fewer
     nodes = grid(intervals).nodes
     low, high = found.traced.low.astype(float), found.traced.high.astype(float)
     u, v = guides.path.window(low, high, nodes)
@@ -218,7 +217,7 @@ def _distance(
         return (2 * y - k * (x * x + y * y)) / (1 + np.abs(way)), way / np.abs(way)
 
     distance, along = signed(bend)
-    by = (signed(bend + BEND_STEP)[0] - signed(bend - BEND_STEP)[0]) / (2 * BEND_STEP)
+    by = (signed(bend + GRID.bend_step)[0] - signed(bend - GRID.bend_step)[0]) / (2 * GRID.bend_step)
     return distance, along, by
 
 
@@ -303,19 +302,19 @@ def differences(
     """
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])
-    near = np.flatnonzero(np.isfinite(amounts).all(0) & (amounts > -NEAR).any(0))
+    near = np.flatnonzero(np.isfinite(amounts).all(0) & (amounts > -GRID.near).any(0))
     slopes = np.zeros((len(names), len(found), COUNT))
     moved = np.flatnonzero(np.abs(basis).max(axis=(0, 2)) > 0)
     if len(near):
         each, coordinate = np.tile(near, len(moved)), np.repeat(moved, len(near))
-        step = PIVOT_STEP * (coordinate[:, None] == np.arange(COUNT))
+        step = GRID.pivot_step * (coordinate[:, None] == np.arange(COUNT))
         linkage, point, good = displaced(found.linkage[each], found.point[each], step)
         each, coordinate = each[good], coordinate[good]
         there = curves(linkage, point, found.pole[each], chart[each])
         after = feasibility(problem, near_path(problem, take(found.origin, each), there, nominal), signed=True)
         with np.errstate(invalid="ignore"):
             change = np.stack([after.amounts[name] for name in names]) - amounts[:, each]
-        slopes[:, each, coordinate] = np.where(np.isfinite(change), change, 0.0) / PIVOT_STEP
+        slopes[:, each, coordinate] = np.where(np.isfinite(change), change, 0.0) / GRID.pivot_step
     value = np.where(np.isfinite(amounts), amounts, -1e3)
     return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
 
@@ -369,9 +368,9 @@ def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, 
     """Return the rise of the cost per unit by which each ranked quantity worsens, (n,) each."""
     base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
-        worse = values[name] + (-WORSE if name in RISING else WORSE)
+        worse = values[name] + (-GRID.worse if name in RISING else GRID.worse)
         with np.errstate(invalid="ignore"):
-            rise = (ranking.cost({**values, name: worse}) - base) / WORSE
+            rise = (ranking.cost({**values, name: worse}) - base) / GRID.worse
         out[name] = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
     return out
 
@@ -388,7 +387,7 @@ def _radius(bend: Floats, count: int) -> Pieces:
     """
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
-    flattest, fullest = np.maximum(bend, -1 / FLATTEST), np.minimum(bend, -FULLEST)
+    flattest, fullest = np.maximum(bend, -1 / GRID.flattest), np.minimum(bend, -FULLEST)
     return Pieces(np.stack([bend - flattest, fullest - bend], axis=1), slope)
 
 

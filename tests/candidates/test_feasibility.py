@@ -13,10 +13,9 @@ import pytest
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.batch import Origin, measured
 from catalogue.candidates.feasibility import (
-    BESIDE,
     EXACT_DEVIATION,
-    ROUNDING,
-    SWEPT,
+    SWEPT_GRID,
+    WEIGHTS,
     cost,
     feasibility,
     swept_violations,
@@ -78,9 +77,11 @@ def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, aga
                 continue
             assert broken.amounts[name][i] == pytest.approx(amount, abs=near.get(name, 1e-9)), (name, c)
             counted[name] += amount > 2 * near.get(name, 1e-9)
-        total = sum(float(v[i]) * (BESIDE if name == "deviation" else 1.0) for name, v in broken.amounts.items())
+        total = sum(
+            float(v[i]) * (WEIGHTS.deviation if name == "deviation" else 1.0) for name, v in broken.amounts.items()
+        )
         assert broken.total[i] == pytest.approx(total)
-        assert bool(broken.all[i]) == all(float(v[i]) <= ROUNDING for v in broken.amounts.values())
+        assert bool(broken.all[i]) == all(float(v[i]) <= WEIGHTS.rounding for v in broken.amounts.values())
     bounds = BOUNDS.keys() - (
         {"max_travel"} if request_ is ARC else set()
     )  # the arcs of the small catalogue travel less
@@ -212,5 +213,5 @@ def test_room_is_swept_as_dense_positions_say_where_a_slide_runs_fast(random_lin
     found = measured(problem, Origin.made(linkage, "general"), linkage, point, nowhere)
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
     assert len(found) > 500
-    told, dense = (swept_violations(problem, found, nodes)["swept_in"] for nodes in (SWEPT, 512))
+    told, dense = (swept_violations(problem, found, nodes)["swept_in"] for nodes in (SWEPT_GRID.intervals, 512))
     np.testing.assert_array_less(np.abs(told - dense), 2e-4 * found.measures.size)

@@ -11,7 +11,7 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost
-from catalogue.candidates.select import IDENTICAL, distances, normal_form, ranks, select_top
+from catalogue.candidates.select import SELECTION, distances, normal_form, ranks, select_top
 from catalogue.kinematics.batch import join
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
@@ -28,7 +28,7 @@ def chosen(problem: Any, found: Any, limit: int) -> list[int]:
         for i in waiting:
             if len(picked) == limit or i in picked:
                 continue
-            if any(apart[i, j] < max(problem.ranking.distinct, IDENTICAL) for j in picked):
+            if any(apart[i, j] < max(problem.ranking.distinct, SELECTION.identical) for j in picked):
                 continue
             same = sum(found.origin.series[j] == found.origin.series[i] for j in picked)
             if bounded and problem.ranking.per_series and same >= problem.ranking.per_series:

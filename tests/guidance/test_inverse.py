@@ -141,9 +141,8 @@ def test_bars_of_a_machine_with_a_slot_end_in_its_pivots_and_at_the_ends_of_its_
     slots: Made, naive: SimpleNamespace
 ) -> None:
     guides, traced = slots
-    moves = SampledPoses.of(
-        guides, traced, 2 * DRIVE_GRID.most, inverse=True
-    )  # a swinging block may run fast in mid-stroke
+    # a swinging block may run fast in mid-stroke
+    moves = SampledPoses.of(guides, traced, 2 * DRIVE_GRID.most, inverse=True)
     swept = link_segments(guides.linkage.inverted(), moves)
     every = [machine(guides, traced, n, 8001) for n in range(len(guides))]
     kinds = {kind for one in every for kind in one.dyads}

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
-from catalogue.candidates.feasibility import BESIDE
+from catalogue.candidates.feasibility import WEIGHTS
 from catalogue.guidance.minimum_zone import grid
 from catalogue.kinematics.types import Array
 from catalogue.refine.quantities import Pieces
-from catalogue.refine.subproblem import NODES, Subproblem
+from catalogue.refine.subproblem import GRID, Subproblem
 
 N, P = 12, 9
 
@@ -25,7 +25,7 @@ def smooth(size: float, limits: int, *, broken: float = 0.0, seed: int = 1) -> S
         By how much the first two rows are broken.
     """
     draw = np.random.default_rng(seed)
-    x = grid(NODES).nodes
+    x = grid(GRID.nodes).nodes
     waves = np.cos(np.arange(9)[:, None] * np.arccos(x))
     error = size * draw.normal(size=(N, 9)) @ waves
     jacobian = np.swapaxes((draw.normal(size=(N, P, 9)) * 0.2 ** np.arange(9)) @ waves, 1, 2)
@@ -45,7 +45,7 @@ def cost_of(problem: Subproblem, i: int, step: Array, penalty: float) -> float:
     if "deviation" in problem.marginal:
         total += problem.marginal["deviation"][i] * left / problem.allowed[i]
     over = max(left / problem.allowed[i] - 1, 0.0)
-    return float(total + penalty * (BESIDE * over + sum(max(after[name], 0.0) for name in problem.limits)))
+    return float(total + penalty * (WEIGHTS.deviation * over + sum(max(after[name], 0.0) for name in problem.limits)))
 
 
 def best_of(problem: Subproblem, i: int, radius: float, penalty: float) -> float:
@@ -68,7 +68,7 @@ def best_of(problem: Subproblem, i: int, radius: float, penalty: float) -> float
         add(sign * problem.jacobian[i] / unit, -sign * problem.error[i] / unit, (p, -1.0))
     add(np.zeros((1, p)), np.ones(1), (p, 1.0), (p + 1, -1.0))
     cost = np.zeros(width)
-    cost[p + 1] = BESIDE * penalty
+    cost[p + 1] = WEIGHTS.deviation * penalty
     if "deviation" in problem.marginal:
         cost[p] = problem.marginal["deviation"][i]
     bounds: list[tuple[float | None, float | None]] = [(-1, 1)] * p + [(0, None), (0, None)]

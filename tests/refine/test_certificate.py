@@ -17,46 +17,48 @@ from catalogue.guidance.minimum_zone import grid
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
-from catalogue.refine.certificate import PENALTY, REGION, alternations, certified, drift
+from catalogue.refine.certificate import PROOF, alternations, certified, drift
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.step import PULL, take_step
-from catalogue.refine.subproblem import NODES, PivotCoordinates, Subproblem
+from catalogue.refine.step import STEP, take_step
+from catalogue.refine.subproblem import GRID, PivotCoordinates, Subproblem
 from tests.refine.programme import N, P, best_of, cost_of, smooth
 from tests.refine.starts import problem_of, started
 
 
-@pytest.mark.parametrize("penalty", [10.0, PENALTY])
+@pytest.mark.parametrize("penalty", [10.0, PROOF.penalty])
 @pytest.mark.parametrize("size", [1.0, 1e-3, 1e-7])
 @pytest.mark.parametrize("limits", [0, 5, 40])
 def test_the_bound_is_that_of_linear_programming(size: float, limits: int, penalty: float) -> None:
     problem = smooth(size, limits)
-    bound = take_step(problem, np.full(N, REGION), np.full(N, penalty), margin=0.0).bound
+    bound = take_step(problem, np.full(N, PROOF.region), np.full(N, penalty), margin=0.0).bound
     proved = np.flatnonzero(np.isfinite(bound))
     assert len(proved) == N
     good = 0
     for i in proved.tolist():
-        gain = cost_of(problem, i, np.zeros(problem.jacobian.shape[2]), penalty) - best_of(problem, i, REGION, penalty)
+        gain = cost_of(problem, i, np.zeros(problem.jacobian.shape[2]), penalty) - best_of(
+            problem, i, PROOF.region, penalty
+        )
         assert bound[i] >= gain - 1e-6, "it is a bound"
         # the pull takes |s|^2 / 2 r^2 of it from the step, and |s|_1 / r of it from the multipliers
-        good += bool(bound[i] <= gain + 1.5 * PULL * P)
+        good += bool(bound[i] <= gain + 1.5 * STEP.pull * P)
     assert good == N, "and a good one"
 
 
 def test_a_stationary_problem_has_no_gap() -> None:
     """A Chebyshev polynomial over its lower ones: no combination of those lowers it, however long the steps."""
-    x = grid(NODES).nodes
+    x = grid(GRID.nodes).nodes
     error = np.tile(np.cos(6 * np.arccos(x)), (3, 1))
     jacobian = np.tile(np.stack([np.cos(k * np.arccos(x)) for k in range(6)], axis=1), (3, 1, 1))
     one = np.ones(3)
     problem = Subproblem(error, jacobian, {}, {}, {"deviation": one}, one, {})
     for region in (1e-3, 1.0, 1e3):
-        bound = take_step(problem, np.full(3, region), np.full(3, PENALTY), margin=0.0).bound
+        bound = take_step(problem, np.full(3, region), np.full(3, PROOF.penalty), margin=0.0).bound
         np.testing.assert_allclose(bound, 0.0, atol=0.02)
     assert alternations(error).tolist() == [7, 7, 7]
 
 
 def test_alternations_are_of_equal_height() -> None:
-    x = grid(NODES).nodes
+    x = grid(GRID.nodes).nodes
     wave = np.cos(3 * np.arccos(x))
     assert alternations(np.stack([wave, wave * (1 + x), 0.5 * wave + 0.5, -wave])).tolist() == [4, 1, 1, 4]
 
@@ -91,7 +93,7 @@ def test_no_small_move_gains_more_than_the_gap(
     for found in (done, start[np.flatnonzero(feasibility(problem, start).all)]):
         gap = certified(problem, found).gap
         # the gap is one of first order: what is curved counts as the square of the step, over the deviation
-        longest = np.minimum(REGION, found.deviation)[:, None]
+        longest = np.minimum(PROOF.region, found.deviation)[:, None]
         for share in (1.0, 0.3, 0.05):
             for _ in range(8):
                 step = share * longest * draw.uniform(-1, 1, (len(found), 10))

@@ -10,7 +10,7 @@ from scipy.optimize import linprog, minimize
 
 from catalogue.kinematics.types import Array
 from catalogue.refine import interior_point
-from catalogue.refine.interior_point import CLOSE, solve
+from catalogue.refine.interior_point import IPM, solve
 from tests.refine.programme import N, P
 
 
@@ -33,7 +33,7 @@ def test_programmes_are_solved(weight: float, seed: int) -> None:
         else:
             best = linprog(cost[i], A_ub=rows[i], b_ub=right[i], bounds=[(None, None)] * P)
         here = 0.5 * weight * x[i] @ x[i] + cost[i] @ x[i]
-        left = 60 * CLOSE  # rows times the complementarity at which it stops
+        left = 60 * IPM.close  # rows times the complementarity at which it stops
         assert abs(here - best.fun) <= 2 * left
         if weight:
             np.testing.assert_allclose(x[i], best.x, atol=np.sqrt(2 * left))
@@ -66,7 +66,7 @@ def test_programmes_solved_in_blocks_are_those_of_the_whole(monkeypatch: pytest.
     draw = np.random.default_rng(3)
     rows, right, cost = draw.normal(size=(N, 40, P)), draw.uniform(0.1, 2, (N, 40)), draw.normal(size=(N, P))
     whole = solve(np.full((N, P), 0.1), cost, rows, right)
-    monkeypatch.setattr(interior_point, "BLOCK", 5)
+    monkeypatch.setattr(interior_point, "IPM", interior_point.IPM._replace(block=5))
     assert N % 5, "the last block is a shorter one"
     for part, one in zip(solve(np.full((N, P), 0.1), cost, rows, right), whole, strict=True):
         np.testing.assert_allclose(part, one, rtol=1e-9)
@@ -91,7 +91,7 @@ def test_large_multipliers_leave_no_more_than_rounding_in_the_gradient(monkeypat
     x, dual = solve(weight, prices, every, bounds)
     gradient = weight * x + prices + (np.swapaxes(every, 1, 2) @ dual[..., None])[..., 0]
     assert np.abs(gradient).max() < 1e-7 * price
-    monkeypatch.setattr(interior_point, "ITERATIONS", 40)
+    monkeypatch.setattr(interior_point, "IPM", interior_point.IPM._replace(iterations=40))
     assert np.array_equal(x, solve(weight, prices, every, bounds)[0]), "none of them needs so many"
 
 

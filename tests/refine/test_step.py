@@ -9,7 +9,7 @@ import pytest
 
 from catalogue.kinematics.types import Array
 from catalogue.refine.quantities import Pieces
-from catalogue.refine.step import PULL, SLIGHT, take_step
+from catalogue.refine.step import STEP, take_step
 from catalogue.refine.subproblem import Subproblem
 from tests.refine.programme import N, P, best_of, cost_of, smooth
 
@@ -22,7 +22,7 @@ def test_the_largest_error_is_the_least(size: float) -> None:
     assert (np.abs(found.displacement) <= 0.3 * (1 + 1e-5)).all()
     for i in range(N):
         best = best_of(problem, i, 0.3, 10.0)
-        pull = 0.5 * PULL * (found.displacement[i] ** 2).sum() / 0.3**2 * 10  # what a short step is worth
+        pull = 0.5 * STEP.pull * (found.displacement[i] ** 2).sum() / 0.3**2 * 10  # what a short step is worth
         assert cost_of(problem, i, found.displacement[i], 10.0) <= best + max(pull, 2e-3)
 
 
@@ -72,9 +72,9 @@ def test_ranked_measures_become_least(radius: float) -> None:
     problem = replace(plain, measures=pieces, marginal=marginal, allowed=np.abs(plain.error).max(1) * 1.2)
     found = take_step(problem, np.full(N, radius), np.full(N, 100.0))
     for i in range(N):
-        slight = SLIGHT * sum(np.abs(p.slope[i]).sum() for p in pieces.values()) * radius
+        slight = STEP.slight * sum(np.abs(p.slope[i]).sum() for p in pieces.values()) * radius
         best = best_of(problem, i, radius, 100.0)
-        pull = 0.5 * PULL * P
+        pull = 0.5 * STEP.pull * P
         assert cost_of(problem, i, found.displacement[i], 100.0) <= best + slight + pull + 2e-3
 
 
