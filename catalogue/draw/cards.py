@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import CatalogueError, MissingExtra
 from ..html_table import html_table
@@ -15,12 +15,17 @@ from .words import described, family
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Width of a single drawing [px].
-WIDTH = 520.0
-#: Width of a card [px].
-CARD = 250.0
-#: Most cards: two rows of a notebook.
-MOST = 6
+
+class Cards(NamedTuple):
+    """Layout of drawings in a notebook."""
+
+    width: float = 520.0  #: width of a single drawing [px]
+    card: float = 250.0  #: width of a card [px]
+    most: int = 6  #: most cards: two rows of a notebook
+
+
+CARDS = Cards()
+
 #: Columns of the table with the format of their numbers.
 COLUMNS = {
     "series": "",
@@ -44,7 +49,7 @@ COLUMNS = {
 
 def guide_html(guide: PlacedGuide) -> Markup:
     """Return an animated guide with one line of description."""
-    return element("div", moving_svg(guide, width=WIDTH, layers=("names",)), element("p", described(guide)))
+    return element("div", moving_svg(guide, width=CARDS.width, layers=("names",)), element("p", described(guide)))
 
 
 def guide_png(guide: PlacedGuide) -> bytes | None:
@@ -59,7 +64,7 @@ def guide_png(guide: PlacedGuide) -> bytes | None:
 
 def cards_html(answers: Sequence[Any], title: str) -> Markup:
     """Return the first answers as animated cards, and all as a folded table."""
-    cards = [_card(k, one) for k, one in enumerate(answers[:MOST])]
+    cards = [_card(k, one) for k, one in enumerate(answers[: CARDS.most])]
     shown = element("div", *cards, style="display:flex;flex-wrap:wrap;gap:8px") if any(cards) else NOTHING
     told = f"{len(answers)} answers" if len(answers) != 1 else "1 answer"
     table = _table([_told(one) for one in answers])
@@ -72,7 +77,7 @@ def _card(number: int, one: Any) -> Markup:
     if not hasattr(one, "drawn_motion"):
         return NOTHING
     try:
-        svg = moving_svg(one, width=CARD, height=0.75 * CARD, style=number == 0)
+        svg = moving_svg(one, width=CARDS.card, height=0.75 * CARDS.card, style=number == 0)
     except CatalogueError as error:
         svg = element("p", str(error))
     said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), family(one)) if part)
@@ -86,7 +91,7 @@ def _card(number: int, one: Any) -> Markup:
         if getattr(one, field, None) is not None
     ]
     words = element("div", element("b", said), element("br"), ", ".join(numbers), style="font-size:smaller")
-    return element("div", svg, words, style=f"width:{CARD:.0f}px")
+    return element("div", svg, words, style=f"width:{CARDS.card:.0f}px")
 
 
 def _told(one: Any) -> Mapping[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +16,19 @@ from ..kinematics.types import Floats
 from ..series.sampling import BLOCK, draw_at
 from ..series.series import Guided, Member, Series
 
-#: Most cells of a plate; members with special conditions take what the configurations leave.
-ROOM = 20
-#: Seed of the sample: a series always has the same plate.
-SEED = 0
-#: Distance from the pole beyond which a guided point does not extend the drawing [rho0].
-FAR = 3.0
+
+class Cells(NamedTuple):
+    """Choice of the cells of a plate."""
+
+    #: Most cells of a plate; members with special conditions take what the configurations leave.
+    most: int = 20
+    seed: int = 0  #: seed of the sample: a series always has the same plate
+    #: distance from the pole beyond which a guided point does not extend the drawing [rho0]
+    far: float = 3.0
+
+
+CELLS = Cells()
+
 ORDER = "DVTCPXN"
 
 
@@ -88,7 +96,7 @@ def cells(series: Series) -> list[Cell]:
     special = [one for one in sampled if (one.member.family, one.member.name) not in shown]
     called = [one.member.name for one in special]
     varied = sorted(range(len(special)), key=lambda i: called[:i].count(called[i]))  # one of each name before a second
-    return found + [_best(special[i])[0] for i in varied[: max(0, ROOM - len(found))]]
+    return found + [_best(special[i])[0] for i in varied[: max(0, CELLS.most - len(found))]]
 
 
 def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
@@ -102,7 +110,7 @@ def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]
 
 def _sampled(series: Series, member: Member) -> _Sampled:
     # uniform shares: an even sequence would load scipy.stats, half a second for a picture
-    shares = np.random.default_rng(SEED).random((BLOCK, len(member.parameters)))
+    shares = np.random.default_rng(CELLS.seed).random((BLOCK, len(member.parameters)))
     drawn = draw_at(member, shares)
     n = len(drawn.linkage)
     instant = Instant(drawn.linkage, np.zeros(n, complex))
@@ -130,7 +138,7 @@ def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
     pivots = np.where(linkage.finite, linkage.points, np.nan).reshape(n, 4)
     pairs = np.array([g.pairs for g in guided]).reshape(len(guided), n, 2, 3)
     point = np.where(pairs[..., 2] != 0, pairs[..., 0] + 1j * pairs[..., 1], np.nan)
-    reach = np.where(np.abs(point) <= FAR, point, np.nan)
+    reach = np.where(np.abs(point) <= CELLS.far, point, np.nan)
     points = np.concatenate([pivots, np.moveaxis(reach, 1, 0).reshape(n, -1)], axis=1)
     z = np.concatenate([points, np.broadcast_to([0, 1j, -1j, 0.5 + 0.5j, -0.5 - 0.5j], (n, 5))], axis=1)
     size = np.maximum(np.nanmax(z.real, 1) - np.nanmin(z.real, 1), np.nanmax(z.imag, 1) - np.nanmin(z.imag, 1))
@@ -141,7 +149,7 @@ def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
     crowded = np.nansum(np.where(apart < 1e-9, 0, np.clip(0.1 - apart / size[:, None], 0, None)), axis=1)
     near_pole = np.nansum(np.clip(0.08 - np.abs(points) / size[:, None], 0, None), axis=1)
     sine = np.abs(linkage.sine)
-    lost = np.isnan(pairs).any((-1, -2)).sum(0) + 0.7 * ((np.abs(point[..., 1]) > FAR).sum(0))
-    lost = lost + 0.25 * (np.abs(point[..., 0]) > FAR).sum(0)
+    lost = np.isnan(pairs).any((-1, -2)).sum(0) + 0.7 * ((np.abs(point[..., 1]) > CELLS.far).sum(0))
+    lost = lost + 0.25 * (np.abs(point[..., 0]) > CELLS.far).sum(0)
     cost = 0.6 * size + 0.35 * uneven + 14 * crowded + 9 * near_pole + 2 * np.clip(0.4 - sine, 0, None) + 0.9 * lost
     return np.asarray(np.nan_to_num(cost, nan=np.inf, posinf=1e9))

@@ -11,19 +11,27 @@ Source: Allievi 1895, secs. 6, 17, eqs. (12), (57).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats
 
-#: Value of kappa and s below which they count as zero [1/rho0].
-ZERO = 1e-9
-#: Points of a circle, and of a half turn of the ray: two degrees apart at most.
-ROUND = 361
+
+class CubicOptions(NamedTuple):
+    """How the cubics of stationary curvature are drawn."""
+
+    zero: float = 1e-9  #: value of kappa and s up to which they are zero [1/rho0]
+    #: points of a circle, and of a half turn of the ray: two degrees apart at most
+    points: int = 361
+
+
+CUBIC = CubicOptions()
 
 
 def circle(diameter: complex) -> Complexes:
     """Return the circle on the diameter from the pole to the given point."""
-    return np.asarray(0.5 * diameter * (1 + np.exp(2j * np.pi * np.linspace(0, 1, ROUND))))
+    return np.asarray(0.5 * diameter * (1 + np.exp(2j * np.pi * np.linspace(0, 1, CUBIC.points))))
 
 
 def line(direction: complex, reach: float) -> Array:
@@ -44,11 +52,11 @@ def cubic(kappa: float, s: float, reach: float) -> list[Array]:
     """
     if not np.isfinite(kappa + s):
         return []
-    if abs(s) < ZERO and abs(kappa) < ZERO:
+    if abs(s) < CUBIC.zero and abs(kappa) < CUBIC.zero:
         return [line(1.0, reach), line(1j, reach)]
-    if abs(s) < ZERO:
+    if abs(s) < CUBIC.zero:
         return [circle(1j / kappa), line(1j, reach)]
-    if abs(kappa) < ZERO:
+    if abs(kappa) < CUBIC.zero:
         return [circle(1 / s), line(1.0, reach)]
     away = np.arctan2(-kappa, s)  # of the asymptote
     turn = _turns((np.array([0.0, np.pi / 2]) - away) % np.pi)
@@ -61,7 +69,7 @@ def cubic(kappa: float, s: float, reach: float) -> list[Array]:
 def _turns(pole: Array) -> Floats:
     """Return angles in (0, pi), denser near the asymptote and the pole."""
     near = np.geomspace(1e-9, 0.3, 240)
-    all_of_them = [np.linspace(0, np.pi, 2 * ROUND)[1:-1], near, np.pi - near]
+    all_of_them = [np.linspace(0, np.pi, 2 * CUBIC.points)[1:-1], near, np.pi - near]
     all_of_them += [at + side * np.append(0.0, near) for at in pole for side in (-1, 1)]
     turn = np.unique(np.concatenate(all_of_them))
     return np.asarray(turn[(turn > 0) & (turn < np.pi)])
@@ -71,8 +79,8 @@ def hyperbola(k: float, reach: float) -> list[Array]:
     """Return the curve x y + k = 0 of the parallel transformation; the two axes for k = 0."""
     if not np.isfinite(k):
         return []
-    if abs(k) < ZERO:
+    if abs(k) < CUBIC.zero:
         return [line(1.0, reach), line(1j, reach)]
-    grow = np.linspace(-1, 1, ROUND) * np.log(max(2.0, reach / np.sqrt(abs(k))))
+    grow = np.linspace(-1, 1, CUBIC.points) * np.log(max(2.0, reach / np.sqrt(abs(k))))
     branch = np.sqrt(abs(k)) * (np.exp(grow) - np.copysign(1.0, k) * 1j * np.exp(-grow))
     return [branch, -branch]

@@ -22,15 +22,23 @@ if TYPE_CHECKING:
 
 #: Positions of a curve: every half degree of a full turn.
 SAMPLES = 721
-# Layout of the figure, all in inches.
-WIDTH = 8.0
-LEFT = 0.85
-RIGHT = 0.35
-TITLE = 0.75
-HEIGHT = 1.25
-LABELS = 0.55
-#: Largest drawn value over the median: an advantage is unbounded near a dead point.
-TALLEST = 6.0
+
+
+class CurveLayout(NamedTuple):
+    """Layout of the figure of curves [inch]."""
+
+    width: float = 8.0  #: width of the figure
+    left: float = 0.85  #: left margin
+    right: float = 0.35  #: right margin
+    title: float = 0.75  #: height of the title
+    height: float = 1.25  #: height of a curve
+    labels: float = 0.55  #: height of its labels
+    #: Largest drawn value over the median: an advantage is unbounded near a dead point.
+    tallest: float = 6.0
+
+
+LAYOUT = CurveLayout()
+
 #: Unit of angles.
 DEGREES = "°"
 
@@ -122,14 +130,25 @@ def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str
     kind = None if file is None else kind_of(file)
     guide = guide.in_unit(unit)
     drive, shown = curves(guide)
-    total = TITLE + HEIGHT * len(shown) + LABELS
-    figure = blank(WIDTH, total)
+    total = LAYOUT.title + LAYOUT.height * len(shown) + LAYOUT.labels
+    figure = blank(LAYOUT.width, total)
     title = described(guide)
-    figure.text(LEFT / WIDTH, 1 - 0.45 / total, title, family=SERIF, size=13, color=INK, gid="title", parse_math=False)
-    wide = (WIDTH - LEFT - RIGHT) / WIDTH
+    figure.text(
+        LAYOUT.left / LAYOUT.width,
+        1 - 0.45 / total,
+        title,
+        family=SERIF,
+        size=13,
+        color=INK,
+        gid="title",
+        parse_math=False,
+    )
+    wide = (LAYOUT.width - LAYOUT.left - LAYOUT.right) / LAYOUT.width
     for k, one in enumerate(shown):
-        low = (LABELS + HEIGHT * (len(shown) - 1 - k)) / total
-        axes = figure.add_axes((LEFT / WIDTH, low, wide, 0.68 * HEIGHT / total), gid=one.name.split(" [")[0])
+        low = (LAYOUT.labels + LAYOUT.height * (len(shown) - 1 - k)) / total
+        axes = figure.add_axes(
+            (LAYOUT.left / LAYOUT.width, low, wide, 0.68 * LAYOUT.height / total), gid=one.name.split(" [")[0]
+        )
         panel(axes, drive.values, one, labelled=k == len(shown) - 1)
         if k == len(shown) - 1:
             axes.set_xlabel(drive.label, family=SANS, size=8, color=INK)
@@ -145,7 +164,7 @@ def panel(axes: Axes, drive: Floats, curve: Curve, *, labelled: bool = True, siz
     values = curve.values
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     if curve.zero:
-        low, high = 0.0, min(high, TALLEST * float(np.nanmedian(values))) * 1.08
+        low, high = 0.0, min(high, LAYOUT.tallest * float(np.nanmedian(values))) * 1.08
     spare = 0.0 if curve.zero else 0.08 * (high - low)
     spare = spare if high > low else max(abs(high), 1e-12)
     axes.set_facecolor("none")

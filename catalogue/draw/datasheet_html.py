@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..markup import Markup, element, fill, join
 from ..units import ASSUMED, millimetres
-from .curves import TALLEST, Curve, Drive, curves
+from .curves import LAYOUT, Curve, Drive, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
 from .moving import drawing
@@ -22,12 +22,17 @@ from .words import described, has_bars
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Margin of the paper [mm].
-MARGIN = 14.0
-#: Height of all below the drawing [mm].
-BELOW = 182.0
-#: Size of a point of the symbols [mm].
-POINT = 0.36
+
+class HtmlSheet(NamedTuple):
+    """Layout of the data sheet as a page [mm]."""
+
+    margin: float = 14.0  #: margin of the paper
+    below: float = 182.0  #: height of all below the drawing
+    point: float = 0.36  #: size of a point of the symbols
+
+
+PAPER = HtmlSheet()
+
 #: Width and height of a curve [mm].
 CURVE = (86.0, 20.0)
 
@@ -80,7 +85,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
     """
     wide, high = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
-    svg = (_picture if has_bars(here) else _drawn)(here, scale, wide - 2 * MARGIN, high - BELOW)
+    svg = (_picture if has_bars(here) else _drawn)(here, scale, wide - 2 * PAPER.margin, high - PAPER.below)
     drive, shown = curves(here)
     return fill(
         _PAGE,
@@ -89,7 +94,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
         dark=properties(DARK),
         wide=number(wide),
         high=number(high),
-        margin=number(MARGIN),
+        margin=number(PAPER.margin),
         series=told.series,
         kind=told.kind,
         code=told.code,
@@ -109,8 +114,8 @@ def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> M
     unit = guide.unit or ASSUMED
     shown, per = poses(guide), millimetres(unit)
     room = high - 7
-    to = Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, wide, room, POINT) / per)
-    frame = Frame.centred(shown, to.ratio * per, POINT, wide, high, complex(0.5 * wide, 0.5 * room))
+    to = Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, wide, room, PAPER.point) / per)
+    frame = Frame.centred(shown, to.ratio * per, PAPER.point, wide, high, complex(0.5 * wide, 0.5 * room))
     step = to.bar(unit, 45.0)
     y, end = high - 2.0, 0.3 + step * frame.scale
     bar = element("path", class_="frame", d=f"M0.3 {number(y - 1.2)}V{number(y)}H{number(end)}V{number(y - 1.2)}")
@@ -161,7 +166,7 @@ def _curve(over: Drive, curve: Curve) -> Markup:
     values, drive = curve.values, over.values
     low, top_value = float(np.nanmin(values)), float(np.nanmax(values))
     if curve.zero:
-        low, top_value = 0.0, min(top_value, TALLEST * float(np.nanmedian(values)))
+        low, top_value = 0.0, min(top_value, LAYOUT.tallest * float(np.nanmedian(values)))
     span = top_value - low or 1.0
     low_drive, high_drive = float(min(drive[0], drive[-1])), float(max(drive[0], drive[-1]))
     x = left + (drive - low_drive) / (high_drive - low_drive or 1.0) * (wide - left)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,20 +26,21 @@ if TYPE_CHECKING:
 
     from ..find.placed import PlacedGuide
 
-# Layout of the page, all in millimetres.
-MARGIN = 14.0
-#: Foot of the title.
-TITLE = 31.0
-#: Height of all below the drawing.
-BELOW = 158.0
-#: Height of a line of a table.
-LINE = 4.1
-#: Margin within the drawing.
-BORDER = 9.0
-#: Height of a curve.
-CURVES = 20.0
-#: Gap between two curves.
-GAP = 12.5
+
+class PdfSheet(NamedTuple):
+    """Layout of the data sheet [mm]."""
+
+    margin: float = 14.0  #: margin of the page
+    title: float = 31.0  #: foot of the title
+    below: float = 158.0  #: height of all below the drawing
+    line: float = 4.1  #: height of a line of a table
+    border: float = 9.0  #: margin within the drawing
+    curves: float = 20.0  #: height of a curve
+    gap: float = 12.5  #: gap between two curves
+
+
+PAGE = PdfSheet()
+
 INCH = 25.4
 
 
@@ -54,18 +55,18 @@ def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = No
     page = _Page(figure, width, height)
     _head(page, told)
     rows = max(ROOM.lines, told.lines)
-    top, deep = TITLE + 2, height - TITLE - 2 - BELOW - LINE * (rows - ROOM.lines)
+    top, deep = PAGE.title + 2, height - PAGE.title - 2 - PAGE.below - PAGE.line * (rows - ROOM.lines)
     _drawing(page, here, scale, top, deep)
     foot = top + deep + 7
     _tables(page, told, foot)
-    _curves(page, here, height - MARGIN - 29 - 2 * CURVES - GAP)
-    _foot(page, told, height - MARGIN - 15)
+    _curves(page, here, height - PAGE.margin - 29 - 2 * PAGE.curves - PAGE.gap)
+    _foot(page, told, height - PAGE.margin - 15)
     return figure
 
 
 def fitting(told: Content, height: float) -> Content:
     """Leave out lengths and joints that the page has no lines for, and say how many."""
-    most = ROOM.lines + int((height - TITLE - 2 - BELOW - ROOM.drawing) / LINE)
+    most = ROOM.lines + int((height - PAGE.title - 2 - PAGE.below - ROOM.drawing) / PAGE.line)
 
     def short(table: Table) -> Table:
         left = len(table.rows) + any(table.columns) - most
@@ -94,7 +95,7 @@ class _Page:
     def rule(self, y: float) -> None:
         from matplotlib.lines import Line2D
 
-        ends = [MARGIN / self.width, 1 - MARGIN / self.width]
+        ends = [PAGE.margin / self.width, 1 - PAGE.margin / self.width]
         self.figure.add_artist(Line2D(ends, [1 - y / self.height] * 2, color=FAINT, linewidth=0.8))
 
     def axes(self, x: float, y: float, width: float, height: float, gid: str) -> Axes:
@@ -103,18 +104,20 @@ class _Page:
 
 
 def _head(page: _Page, told: Content) -> None:
-    head = page.text(MARGIN, 21, told.series, 21, family=SERIF, weight="bold", gid="series")
+    head = page.text(PAGE.margin, 21, told.series, 21, family=SERIF, weight="bold", gid="series")
     wide = head.get_window_extent().width / page.figure.bbox.width * page.width + 3 if told.series else 0.0
-    page.text(MARGIN + wide, 21, told.kind, 14, family=SERIF, style="italic", gid="kind")
-    page.text(page.width - MARGIN, 21, told.code, 11, family="DejaVu Sans Mono", color=GREY, ha="right", gid="code")
-    page.text(MARGIN, 27, "   ·   ".join(told.facts), 8.2, color=GREY, gid="facts")
-    page.rule(TITLE)
+    page.text(PAGE.margin + wide, 21, told.kind, 14, family=SERIF, style="italic", gid="kind")
+    page.text(
+        page.width - PAGE.margin, 21, told.code, 11, family="DejaVu Sans Mono", color=GREY, ha="right", gid="code"
+    )
+    page.text(PAGE.margin, 27, "   ·   ".join(told.facts), 8.2, color=GREY, gid="facts")
+    page.rule(PAGE.title)
 
 
 def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, deep: float) -> None:
     """Draw the guide to scale, with the dimension of its stroke and a scale bar."""
-    wide = page.width - 2 * MARGIN
-    to_scale(page.axes(MARGIN, top, wide, deep, "linkage"), guide, scale, wide, deep)
+    wide = page.width - 2 * PAGE.margin
+    to_scale(page.axes(PAGE.margin, top, wide, deep, "linkage"), guide, scale, wide, deep)
     page.rule(top + deep + 2)
 
 
@@ -131,7 +134,7 @@ def to_scale(axes: Axes, guide: PlacedGuide, scale: str | None, wide: float, dee
         shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
         x0, y0, x1, y1 = shown.box
     per = millimetres(unit)
-    sides = ((wide - 2 * BORDER, x1 - x0), (deep - 8 - 2 * BORDER, y1 - y0))
+    sides = ((wide - 2 * PAGE.border, x1 - x0), (deep - 8 - 2 * PAGE.border, y1 - y0))
     room = min(free / side if side > 0 else np.inf for free, side in sides)
     to = Scale.named(scale) if scale is not None else Scale.fitting(room / per)
     ratio = to.ratio * per  # millimetres on paper per unit
@@ -191,12 +194,12 @@ def _dimension(pen: Pen, shown: Scene, words: str) -> None:
 
 
 def _tables(page: _Page, told: Content, top: float) -> None:
-    inner = page.width - 2 * MARGIN
+    inner = page.width - 2 * PAGE.margin
     for table, left, share in ((told.lengths, 0.0, 0.29), (told.pivots, 0.325, 0.335), (told.limits, 0.695, 0.305)):
-        _table(page, table, MARGIN + left * inner, top, share * inner)
-    foot = top + (max(ROOM.lines, told.lines) + 1.2) * LINE
+        _table(page, table, PAGE.margin + left * inner, top, share * inner)
+    foot = top + (max(ROOM.lines, told.lines) + 1.2) * PAGE.line
     for k, table in enumerate((told.lengths, told.limits)):
-        page.text(MARGIN, foot + 3.6 * k, table.note, 6.6, color=GREY)
+        page.text(PAGE.margin, foot + 3.6 * k, table.note, 6.6, color=GREY)
 
 
 def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> None:
@@ -204,11 +207,11 @@ def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> N
     stops = {2: (1.0,), 3: (0.68, 1.0), 4: (0.55, 0.78, 1.0)}[len(table.columns)]
     y = top
     if any(table.columns):
-        y += LINE
+        y += PAGE.line
         for stop, words in zip(stops, table.columns[1:], strict=True):
             page.text(left + stop * wide, y, words, 6.6, color=GREY, ha="right")
     for row in table.rows:
-        y += LINE
+        y += PAGE.line
         page.text(left, y, row[0], 7.2, color=GREY)
         for stop, words in zip(stops, row[1:], strict=True):
             page.text(left + stop * wide, y, words, 7.2, ha="right")
@@ -216,10 +219,10 @@ def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> N
 
 def _curves(page: _Page, guide: PlacedGuide, top: float) -> None:
     drive, shown = curves(guide)
-    across = 0.5 * (page.width - 2 * MARGIN - GAP)
+    across = 0.5 * (page.width - 2 * PAGE.margin - PAGE.gap)
     for k, one in enumerate(shown[:4]):
-        x, y = MARGIN + 5 + (k % 2) * (across + GAP), top + (k // 2) * (CURVES + GAP)
-        axes = page.axes(x, y, across - 5, CURVES, one.name.split(" [")[0])
+        x, y = PAGE.margin + 5 + (k % 2) * (across + PAGE.gap), top + (k // 2) * (PAGE.curves + PAGE.gap)
+        axes = page.axes(x, y, across - 5, PAGE.curves, one.name.split(" [")[0])
         panel(axes, drive.values, one, size=7.0)
         if k + 2 >= len(shown[:4]):
             axes.set_xlabel(drive.label, family=SANS, size=6.6, color=GREY, labelpad=1.5)
@@ -228,5 +231,5 @@ def _curves(page: _Page, guide: PlacedGuide, top: float) -> None:
 def _foot(page: _Page, told: Content, top: float) -> None:
     page.rule(top - 3.5)
     for k, line in enumerate(told.theory):
-        page.text(MARGIN, top + 4.1 * (k + 0.3), line, 7.4)
-    page.text(MARGIN, page.height - MARGIN + 2.5, told.provenance, 6.8, color=GREY, gid="provenance")
+        page.text(PAGE.margin, top + 4.1 * (k + 0.3), line, 7.4)
+    page.text(PAGE.margin, page.height - PAGE.margin + 2.5, told.provenance, 6.8, color=GREY, gid="provenance")

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..kinematics.types import Complexes, Floats
 
-#: Radius of the arc about the fixed pivot of the driving crank [point].
-RADIUS = 25.0
-#: Length of an arrow head [point].
-HEAD = 4.0
-#: Angle between the shaft of an arrow and either side of its head [rad].
-HEAD_ANGLE = 0.5
-#: Least angle of the arc, so that its two heads do not meet [rad].
-LEAST = 1.1
+
+class DriveMark(NamedTuple):
+    """Arc about the fixed pivot of the driving crank."""
+
+    radius: float = 25.0  #: radius [pt]
+    head: float = 4.0  #: length of an arrow head [pt]
+    #: angle between the shaft of an arrow and either side of its head [rad]
+    head_angle: float = 0.5
+    least: float = 1.1  #: least angle of the arc, so that its two heads do not meet [rad]
+    points: int = 33  #: points of the arc
+
+
+MARK = DriveMark()
+
 #: Turn from which on a crank is drawn as one that turns fully: one arrow, in its sense [rad].
 FULL_TURN = 1.9 * np.pi
 #: From where to where the arc of a full turn runs about the first position [rad].
 OPEN_ARC = (-0.9 * np.pi, 0.6 * np.pi)
-#: Points of the arc.
-POINTS = 33
 
 
 def drive_marks(angle: Floats) -> list[Complexes]:
@@ -39,13 +45,13 @@ def drive_marks(angle: Floats) -> list[Complexes]:
     turns = high - low > FULL_TURN
     if turns:
         low, high = angle[0] + OPEN_ARC[0], angle[0] + OPEN_ARC[1]
-    elif high - low < LEAST:
-        low, high = 0.5 * (low + high - LEAST), 0.5 * (low + high + LEAST)
+    elif high - low < MARK.least:
+        low, high = 0.5 * (low + high - MARK.least), 0.5 * (low + high + MARK.least)
     ends = (high,) if turns and angle[-1] > angle[0] else (low,) if turns else (low, high)
-    marks: list[Complexes] = [RADIUS * np.exp(1j * np.linspace(low, high, POINTS))]
+    marks: list[Complexes] = [MARK.radius * np.exp(1j * np.linspace(low, high, MARK.points))]
     for end in ends:
-        tip = RADIUS * np.exp(1j * end)
+        tip = MARK.radius * np.exp(1j * end)
         forward = (1j if end == high else -1j) * np.exp(1j * end)
-        sides = [tip - HEAD * forward * np.exp(side * 1j * HEAD_ANGLE) for side in (-1, 1)]
+        sides = [tip - MARK.head * forward * np.exp(side * 1j * MARK.head_angle) for side in (-1, 1)]
         marks.append(np.array([sides[0], tip, sides[1]]))
     return marks

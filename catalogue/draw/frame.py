@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
-from .drive_marks import RADIUS
+from .drive_marks import MARK
 from .poses import Poses
-from .symbols import BLOCK, LINK
+from .symbols import BLOCK, SYMBOL
 
-#: Smallest height over width of a drawing.
-FLAT = 0.3
-#: Largest height over width of a drawing, if its height is not given.
-TALL = 1.0
-#: Height of a bearing [points].
-BEARING = 14.0
-#: Half the width of its foot [points].
-FOOT = 13.0
-#: Distance of its hatching lines [points].
-HATCHING = 5.0
+
+class FrameShape(NamedTuple):
+    """Shape of a drawing."""
+
+    flat: float = 0.3  #: smallest height over width
+    tall: float = 1.0  #: largest height over width, if the height is not given
+
+
+FRAME = FrameShape()
+
+
+class BearingSymbol(NamedTuple):
+    """Symbol of a fixed pivot [pt]."""
+
+    height: float = 14.0  #: height
+    foot: float = 13.0  #: half the width of its foot
+    hatching: float = 5.0  #: distance of its hatching lines
+
+
+BEARING_SYMBOL = BearingSymbol()
 
 
 @dataclass(frozen=True)
@@ -67,9 +77,9 @@ class Frame:
     @classmethod
     def around(cls, shown: Poses, width: float, height: float | None, point: float) -> Frame:
         """Return the frame of the largest scale that fits a width, and a height if given."""
-        scale = largest_scale(shown, width, TALL * width if height is None else height, point)
+        scale = largest_scale(shown, width, FRAME.tall * width if height is None else height, point)
         if height is None:
-            height = max(FLAT * width, size_at(shown, scale, point).imag)
+            height = max(FRAME.flat * width, size_at(shown, scale, point).imag)
         return cls.centred(shown, scale, point, width, height, complex(0.5 * width, 0.5 * height))
 
     @classmethod
@@ -103,21 +113,23 @@ def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]
 
 def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
     """Return positions (k,) and the margins of their symbols on four sides, (k, 4)."""
-    link, block, foot = LINK + 2, BLOCK[0] + 14, BEARING + HATCHING
+    link, block, foot = SYMBOL.link + 2, BLOCK[0] + 14, BEARING_SYMBOL.height + BEARING_SYMBOL.hatching
     parts: list[tuple[Array, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
     for i in (0, 1):
         if shown.kinds[i] == PR:
-            spare = BLOCK[0] + 9 + 1j * (BLOCK[1] + HATCHING + 1)
+            spare = BLOCK[0] + 9 + 1j * (BLOCK[1] + BEARING_SYMBOL.hatching + 1)
             normal = shown.fixed[i]
             across = abs(normal.imag) * spare.real + abs(normal.real) * spare.imag
             upwards = abs(normal.real) * spare.real + abs(normal.imag) * spare.imag
             parts.append((shown.moving[:, i], (across, across, upwards, upwards)))
         else:
-            parts.append((shown.fixed[i : i + 1], (FOOT + 6, FOOT + 3, foot + 1, RADIUS + 5)))
+            parts.append(
+                (shown.fixed[i : i + 1], (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, MARK.radius + 5))
+            )
         if shown.kinds[i] == RP:
             parts.append((shown.carried(shown.rods[i]).ravel(), (block, block, block, block)))
     if shown.joint is not None:
-        parts.append((np.array([shown.pivot]), (FOOT + 6, FOOT + 3, foot + 1, link)))
+        parts.append((np.array([shown.pivot]), (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, link)))
     places = np.concatenate([z for z, _ in parts])
     border = np.concatenate([np.tile(b, (len(z), 1)) for z, b in parts])
     return places, border * point

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,17 @@ from .symbols import Pen
 
 #: Trial distances of a label from its point [point].
 STEPS = (7.0, 9.5, 12.5, 16.0, 20.0, 25.0, 31.0)
-#: Cost of covering part of a linkage, or another label.
-SOLID = 8.0
-#: Cost of covering part of a curve.
-CURVE = 0.35
-#: Margin of a label [point].
-SPARE = 2.0
+
+
+class LabelCosts(NamedTuple):
+    """Cost of places of labels."""
+
+    solid: float = 8.0  #: of covering part of a linkage, or another label
+    curve: float = 0.35  #: of covering part of a curve
+    spare: float = 2.0  #: margin of a label [pt]
+
+
+COST = LabelCosts()
 
 
 @dataclass
@@ -60,7 +65,7 @@ class Labels:
         """Write a label, `width` times its size wide, close to the point z."""
         from matplotlib.patheffects import withStroke
 
-        a, b = 0.5 * width * size + SPARE, 0.45 * size + SPARE
+        a, b = 0.5 * width * size + COST.spare, 0.45 * size + COST.spare
         taken, weight = np.concatenate(self._places), np.concatenate(self._weights)
         reached = np.abs(taken - z) <= (STEPS[-1] + 2 * np.hypot(a, b)) * self.point
         taken, weight = (taken[reached] - z) / self.point, weight[reached]
@@ -92,4 +97,4 @@ class Labels:
             **style,
         )
         box = np.linspace(-1, 1, 9)
-        self._add((best + self.point * (a * box[:, None] + 1j * b * box)).ravel(), SOLID)
+        self._add((best + self.point * (a * box[:, None] + 1j * b * box)).ravel(), COST.solid)

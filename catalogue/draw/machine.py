@@ -8,10 +8,10 @@ from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes
 from ..markup import NOTHING, Markup, element, join
 from .drive_marks import drive_marks
-from .frame import BEARING, FOOT, HATCHING, Frame
+from .frame import BEARING_SYMBOL, Frame
 from .poses import Poses
 from .svg import Clock, group, number, pair, plate, polyline
-from .symbols import BLOCK, LINK, PIVOT, ROD
+from .symbols import BLOCK, SYMBOL
 
 
 def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
@@ -37,7 +37,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
         element(
             "path",
             class_="link coupler",
-            d=plate(frame.along(_spared(ends, shown.home[i], frame) - origin), ROD * point),
+            d=plate(frame.along(_spared(ends, shown.home[i], frame) - origin), SYMBOL.rod * point),
         )
         for i, ends in shown.rods.items()
     ]
@@ -48,7 +48,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
         for z in (frame.along(shown.traced[name] - origin) for name in shown.traces)
     ]
     guided = element("circle", class_="point", cx=number(home[2].real), cy=number(home[2].imag), r=number(3.6 * point))
-    body = element("path", class_="link coupler", d=plate(home, LINK * point))
+    body = element("path", class_="link coupler", d=plate(home, SYMBOL.link * point))
     carrier = shown.carried(np.array([origin]))[:, 0]
     return clock.moved(frame.at(carrier), "coupler", clock.turned(shown.turn, None, *rods, body, *pins, *dots, guided))
 
@@ -64,7 +64,7 @@ def _spared(ends: Complexes, foot: complex, frame: Frame) -> Array:
 
 def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
     length = abs(frame.along(shown.home[i] - shown.fixed[i]))
-    body = element("path", d=plate(np.array([0j, complex(length)]), LINK * frame.point))
+    body = element("path", d=plate(np.array([0j, complex(length)]), SYMBOL.link * frame.point))
     kind = "link crank driver" if shown.driver == i + 1 else "link crank"
     turned = clock.turned(shown.cranks[i], None, body)
     return group(kind, turned, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
@@ -90,7 +90,9 @@ def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
     for start, end in ((np.full(len(shown.joint), shown.pivot), shown.joint), (shown.guided, shown.joint)):
         away = end - start
         length = float(np.abs(frame.along(away[shown.middle])))
-        body = element("path", class_="link output", d=plate(np.array([0j, complex(length)]), LINK * frame.point))
+        body = element(
+            "path", class_="link output", d=plate(np.array([0j, complex(length)]), SYMBOL.link * frame.point)
+        )
         pin = _pin(complex(length), frame)
         turned = clock.turned(np.unwrap(np.angle(away)), None, body, pin)
         if parts:
@@ -109,7 +111,7 @@ def _block(frame: Frame, angle: float = 0.0) -> str:
 
 def _pin(z: complex, frame: Frame) -> Markup:
     return element(
-        "circle", class_="pin", cx=number(float(z.real)), cy=number(float(z.imag)), r=number(PIVOT * frame.point)
+        "circle", class_="pin", cx=number(float(z.real)), cy=number(float(z.imag)), r=number(SYMBOL.pivot * frame.point)
     )
 
 
@@ -123,10 +125,10 @@ def _held(shown: Poses, frame: Frame, i: int) -> Markup:
 def bearing(z: complex, frame: Frame) -> Markup:
     """Return a bearing, its foot below."""
     p = frame.point
-    foot = z + 1j * BEARING * p
+    foot = z + 1j * BEARING_SYMBOL.height * p
     corner = np.array([z - 2.4 * p, z + 2.4 * p, foot + 8 * p, foot - 8 * p])
     return element("path", class_="bearing", d=polyline(corner) + "Z") + _hatched(
-        foot - FOOT * p, foot + FOOT * p, 1j, frame
+        foot - BEARING_SYMBOL.foot * p, foot + BEARING_SYMBOL.foot * p, 1j, frame
     )
 
 
@@ -148,7 +150,7 @@ def _track(shown: Poses, frame: Frame, i: int) -> Markup:
 def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
     """Return a fixed line with hatching on the side `towards`."""
     along = (b - a) / abs(b - a)
-    length = HATCHING * frame.point
+    length = BEARING_SYMBOL.hatching * frame.point
     count = max(2, round(abs(b - a) / length))
     start = a + (np.arange(count) + 0.75) / count * (b - a)
     strokes = np.stack([start, start + length * (towards - along), np.full(count, np.nan)], 1).ravel()

@@ -9,7 +9,7 @@ from ..kinematics.types import Complexes
 from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH
 from .drive_marks import drive_marks
 from .scene import Scene
-from .symbols import BLOCK, ROD, SOLID, Pen
+from .symbols import BLOCK, SOLID, SYMBOL, Pen
 
 #: The way in which a bearing points.
 DOWN = -1j
@@ -97,7 +97,7 @@ def dyad(
     elif kind == PR:
         pen.block(moving, gid % "slider", 1j * fixed, CRANK, ghost=ghost, zorder=back + 0.5)
     elif rod is not None:
-        pen.link(rod, gid % "line", COUPLER, ghost=ghost, width=ROD, zorder=back + 0.2)
+        pen.link(rod, gid % "line", COUPLER, ghost=ghost, width=SYMBOL.rod, zorder=back + 0.2)
         if not ghost:
             pen.block(fixed, gid % "slide", 1j * moving, CRANK, zorder=back + 1.5)
     if kind != RP:

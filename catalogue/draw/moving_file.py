@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,28 +25,25 @@ from .words import described, facts, family, places
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Size of a point of the symbols [mm].
-POINT = 0.38
-#: Margin [mm].
-MARGIN = 8.0
-#: Smallest width of the sheet, for its texts [mm].
-NARROW = 130.0
-#: Largest width of the drawing [mm].
-WIDEST = 240.0
-#: Largest height of the drawing [mm].
-TALLEST = 200.0
-#: Height of the title [mm].
-HEAD = 19.0
-#: Height of a line of text [mm].
-LINE = 4.6
-#: Height of the scale bar [mm].
-FEET = 11.0
-#: Height of a row of controls [mm].
-CONTROLS = 8.0
-#: Room for the dimension of the stroke on both sides of the drawing [mm].
-DIMENSION = 16.0
-#: Width of a check box with its label [mm].
-BOX = 37.0
+
+class MovingSheet(NamedTuple):
+    """Layout of the moving drawing [mm]."""
+
+    point: float = 0.38  #: size of a point of the symbols
+    margin: float = 8.0  #: margin
+    narrowest: float = 130.0  #: smallest width of the sheet, for its texts
+    widest: float = 240.0  #: largest width of the drawing
+    tallest: float = 200.0  #: largest height of the drawing
+    head: float = 19.0  #: height of the title
+    line: float = 4.6  #: height of a line of text
+    scale_bar: float = 11.0  #: height of the scale bar
+    controls: float = 8.0  #: height of a row of controls
+    dimension: float = 16.0  #: room for the dimension of the stroke on both sides of the drawing
+    box: float = 37.0  #: width of a check box with its label
+
+
+SHEET = MovingSheet()
+
 #: Labels of the layers.
 WORDS = {
     "turn": "whole path",
@@ -129,21 +126,23 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
     layers = [name for name in LAYERS if name != "turn" or not shown.closed]  # that path is drawn as it is
     per = millimetres(unit)
     drawn = (
-        Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, WIDEST, TALLEST, POINT) / per)
+        Scale.named(scale)
+        if scale is not None
+        else Scale.fitting(largest_scale(shown, SHEET.widest, SHEET.tallest, SHEET.point) / per)
     )
     ratio = drawn.ratio * per
-    size = size_at(shown, ratio, POINT) + (1 + 1j) * (DIMENSION if hasattr(guide, "stroke") else 0)
+    size = size_at(shown, ratio, SHEET.point) + (1 + 1j) * (SHEET.dimension if hasattr(guide, "stroke") else 0)
     told = [f"{name} = {length(value, unit)}" for name, value in guide.lengths.items()] + places(guide, unit)
-    width = max(size.real, NARROW) + 2 * MARGIN
-    columns = max(1, int((width - 2 * MARGIN) // 60))
+    width = max(size.real, SHEET.narrowest) + 2 * SHEET.margin
+    columns = max(1, int((width - 2 * SHEET.margin) // 60))
     rows = math.ceil(len(told) / columns)
-    top = HEAD + size.imag + 6
-    height = top + FEET + rows * LINE + CONTROLS * math.ceil(len(layers) / _across(width)) + 10
-    frame = Frame.centred(shown, ratio, POINT, width, height, complex(0.5 * width, HEAD + 0.5 * size.imag))
+    top = SHEET.head + size.imag + 6
+    height = top + SHEET.scale_bar + rows * SHEET.line + SHEET.controls * math.ceil(len(layers) / _across(width)) + 10
+    frame = Frame.centred(shown, ratio, SHEET.point, width, height, complex(0.5 * width, SHEET.head + 0.5 * size.imag))
     clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
-    left = (width - 2 * MARGIN) / columns
+    left = (width - 2 * SHEET.margin) / columns
     listed = [
-        text(words, complex(MARGIN + left * (k // rows), top + FEET + LINE * (k % rows)), "fact")
+        text(words, complex(SHEET.margin + left * (k // rows), top + SHEET.scale_bar + SHEET.line * (k % rows)), "fact")
         for k, words in enumerate(told)
     ]
     inside = [
@@ -152,7 +151,7 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
         _dimension(guide, frame, unit),
         _bar(frame, drawn, unit, top),
         *listed,
-        _controls(layers, clock, frame, top + FEET + rows * LINE + 2),
+        _controls(layers, clock, frame, top + SHEET.scale_bar + rows * SHEET.line + 2),
         element("script", _SCRIPT),
     ]
     hidden = [name for name in layers if name not in SHOWN]
@@ -165,7 +164,7 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
         hidden,
         described(guide, code),
         "guide-",
-        clip=(HEAD - 1, top),
+        clip=(SHEET.head - 1, top),
         inside=join(inside),
         width=f"{number(width)}mm",
         height=f"{number(height)}mm",
@@ -174,7 +173,7 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
 
 def _across(width: float) -> int:
     """Return the number of check boxes per row."""
-    return max(1, int((width - 2 * MARGIN) // BOX))
+    return max(1, int((width - 2 * SHEET.margin) // SHEET.box))
 
 
 def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
@@ -182,7 +181,9 @@ def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
     head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
     said = [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]
     told = " · ".join(part for part in said if part)
-    return element("text", head, class_="series", x=number(MARGIN), y="10") + text(told, complex(MARGIN, 15.5), "fact")
+    return element("text", head, class_="series", x=number(SHEET.margin), y="10") + text(
+        told, complex(SHEET.margin, 15.5), "fact"
+    )
 
 
 def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
@@ -219,8 +220,8 @@ def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
 def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> Markup:
     """Return a scale bar of a round length, with the scale."""
     step = scale.bar(unit, 45.0)
-    right = complex(MARGIN + step * frame.scale, top + 4)
-    left = complex(MARGIN, top + 4)
+    right = complex(SHEET.margin + step * frame.scale, top + 4)
+    left = complex(SHEET.margin, top + 4)
     data = f"M{pair(left - 1.2j)}L{pair(left)}L{pair(right)}L{pair(right - 1.2j)}"
     said = f"{length(step, unit)}   ·   scale {scale}"
     return element("path", class_="dimension", d=data) + text(said, right + 2 + 0.8j, "fact")
@@ -230,18 +231,18 @@ def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> 
     """Return the check boxes of the layers, and the bar to pause and scrub the motion."""
     parts, across = [], _across(frame.width)
     for k, name in enumerate(layers):
-        at = complex(MARGIN + BOX * (k % across), top + CONTROLS * (k // across))
+        at = complex(SHEET.margin + SHEET.box * (k % across), top + SHEET.controls * (k // across))
         parts.append(_box(at, WORDS[name], name in SHOWN, data_layer=name))
-    below = top + CONTROLS * math.ceil(len(layers) / across)
-    parts.append(_box(complex(MARGIN, below), "motion", True, play=" play"))
+    below = top + SHEET.controls * math.ceil(len(layers) / across)
+    parts.append(_box(complex(SHEET.margin, below), "motion", True, play=" play"))
     bar = element(
         "rect",
         class_="bar",
-        x=number(MARGIN + BOX),
+        x=number(SHEET.margin + SHEET.box),
         y=number(below + 0.4),
         height="2.4",
         rx="1.2",
-        width=number(frame.width - 2 * MARGIN - BOX),
+        width=number(frame.width - 2 * SHEET.margin - SHEET.box),
         data_span=number(clock.seconds * (1 if clock.closed else 0.5)),
     )
     return group("controls", *parts, bar)

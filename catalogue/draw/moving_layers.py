@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,12 +25,19 @@ if TYPE_CHECKING:
 
 #: Names of layers, as they may be asked for, from the back to the front.
 LAYERS = LAYER_NAMES
-#: Radius above which an inflection circle is not drawn [widths of the paper].
-WIDE = 8.0
-#: Length of the longest arrow of the velocity [parts of the width].
-ARROW = 0.22
-#: Largest error of a centrode [parts of the width]: a third of a pixel of a card.
-CENTRODE_ERROR = 1e-3
+
+
+class LayerOptions(NamedTuple):
+    """Extent of the layers of a moving drawing."""
+
+    #: radius above which an inflection circle is not drawn [widths of the drawing]
+    widest: float = 8.0
+    arrow: float = 0.22  #: length of the longest arrow of the velocity [widths]
+    #: largest error of a centrode [widths]: a third of a pixel of a card
+    centrode_error: float = 1e-3
+
+
+LAYER = LayerOptions()
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ class Layers:
     def _circle(self) -> Markup:
         pole, diameter = self._instants
         radius: Floats = 0.5 * np.abs(diameter) * self.frame.scale
-        seen = np.asarray(radius < WIDE * self.frame.width)
+        seen = np.asarray(radius < LAYER.widest * self.frame.width)
         if not seen.any():
             return NOTHING
         centre, radius = _held(self.frame.at(pole + 0.5 * diameter), seen), _held(radius, seen)
@@ -95,7 +102,7 @@ class Layers:
                 rolling = self.shown.home[2] + (1 + pose.x[:, 0]).conj() * away
             return np.stack([self.frame.at(pole), self.frame.along(rolling - self._origin)], axis=1)
 
-        error = CENTRODE_ERROR * self.frame.width
+        error = LAYER.centrode_error * self.frame.width
         _, drawn = halved(both, run.samples.at, lambda a, b, inner: off_chord(a, b, inner) / error)
         fixed = element("path", class_="theory", d=polyline(drawn[:, 0]))
         return fixed + self._carried(element("path", class_="theory dashed", d=polyline(drawn[:, 1])))
@@ -125,7 +132,12 @@ class Layers:
         seen = np.isfinite(speed)
         if not seen.any() or np.nanmax(speed) == 0:
             return NOTHING
-        arrow = self.frame.along(self.shown.velocity) / (np.nanmax(speed) * self.frame.scale) * ARROW * self.frame.width
+        arrow = (
+            self.frame.along(self.shown.velocity)
+            / (np.nanmax(speed) * self.frame.scale)
+            * LAYER.arrow
+            * self.frame.width
+        )
         arrow = _held(arrow, seen)
         head = 5 * self.frame.point
         size = np.minimum(1, np.abs(arrow) / head)[:, None] * head * np.exp(1j * np.angle(arrow))[:, None]

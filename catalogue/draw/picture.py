@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,18 +20,22 @@ if TYPE_CHECKING:
 
 #: Formats of a drawing; a GIF is always animated.
 KINDS = (*FORMATS, "gif")
-#: Width of a film [inch].
-WIDTH = 6.0
-#: Largest height over width of a film.
-TALL = 1.0
-#: Resolution of a film [dots per inch].
-DPI = 100
-#: Time of a pose [ms].
-PACE = 80
-#: Shortest time of an intermediate pose [ms]: viewers show no shorter ones.
-SHORTEST = 20
-#: Largest error of linear motion between two pictures [extent of its motion, rad]: no part jumps.
-FILM_ERROR = 0.02
+
+
+class Film(NamedTuple):
+    """Size and pace of a film."""
+
+    width: float = 6.0  #: width [inch]
+    tall: float = 1.0  #: largest height over width
+    dpi: int = 100  #: resolution [dots per inch]
+    pace: int = 80  #: time of a pose [ms]
+    shortest: int = 20  #: shortest time of an intermediate pose [ms]: viewers show no shorter ones
+    #: Largest error of linear motion between two pictures [extent of its motion, rad]: no part
+    #: jumps.
+    error: float = 0.02
+
+
+FILM = Film()
 
 
 def check(file: str | Path, *, moving: bool = False) -> str:
@@ -96,24 +100,24 @@ def film(guide: PlacedGuide) -> bytes:
     from .scene import scene_of
     from .symbols import Pen
 
-    taken = poses(guide, error=FILM_ERROR)
+    taken = poses(guide, error=FILM.error)
     shown = scene_of(taken)
     x0, y0, x1, y1 = shown.box
     border = 0.45
-    inch = max((x1 - x0) / (WIDTH - 2 * border), (y1 - y0) / (TALL * WIDTH - 2 * border))
+    inch = max((x1 - x0) / (FILM.width - 2 * border), (y1 - y0) / (FILM.tall * FILM.width - 2 * border))
     height = (y1 - y0) / inch + 2 * border
-    figure = blank(WIDTH, height)
+    figure = blank(FILM.width, height)
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
-    axes.set_xlim(0.5 * (x0 + x1 - WIDTH * inch), 0.5 * (x0 + x1 + WIDTH * inch))
+    axes.set_xlim(0.5 * (x0 + x1 - FILM.width * inch), 0.5 * (x0 + x1 + FILM.width * inch))
     axes.set_ylim(0.5 * (y0 + y1 - height * inch), 0.5 * (y0 + y1 + height * inch))
     pen = Pen(axes, inch / 72)
     ground(pen, shown)
     standing = set(axes.get_children())
-    figure.set_dpi(DPI)
+    figure.set_dpi(FILM.dpi)
     canvas = FigureCanvasAgg(figure)
     frames = []
     for pose in range(len(shown.coupler)):
@@ -125,7 +129,12 @@ def film(guide: PlacedGuide) -> bytes:
             artist.remove()
     colours = frames[0].quantize(64)
     frames = [frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
-    steps = np.maximum(np.diff(taken.time) / np.diff(taken.time).max() * PACE, SHORTEST).round().astype(int).tolist()
+    steps = (
+        np.maximum(np.diff(taken.time) / np.diff(taken.time).max() * FILM.pace, FILM.shortest)
+        .round()
+        .astype(int)
+        .tolist()
+    )
     order, duration = (frames[:-1], steps) if taken.closed else (frames + frames[-2:0:-1], steps + steps[::-1])
     out = io.BytesIO()
     order[0].save(out, "gif", save_all=True, append_images=order[1:], duration=duration, loop=0, optimize=False)

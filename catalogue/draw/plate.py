@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..paper import INK, blank, kind_of, write
 from ..series.series import Series
@@ -15,19 +15,21 @@ from .vignette import Vignette
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Layout of the plate, all in inches.
-TITLE = 1.25
-LEGEND = 0.3
-GAP = 0.3
-CAPTION = 0.66
-#: Side of a cell among few.
-LARGE = 3.6
-#: Side of a cell among many.
-USUAL = 3.1
-#: Most cells of a plate that count as few.
-FEW = 4
-#: Smallest width of the sheet, for its title.
-NARROWEST = 8.4
+
+class PlateLayout(NamedTuple):
+    """Layout of a plate [inch]."""
+
+    title: float = 1.25  #: height of the title
+    legend: float = 0.3  #: height of the legend
+    gap: float = 0.3  #: gap between two cells
+    caption: float = 0.66  #: height of a caption
+    large: float = 3.6  #: side of a cell among few
+    usual: float = 3.1  #: side of a cell among many
+    few: int = 4  #: most cells of a plate that count as few
+    narrowest: float = 8.4  #: smallest width of the sheet, for its title
+
+
+PLATE = PlateLayout()
 
 
 def plate(series: Series, file: str | Path | None = None) -> Figure:
@@ -40,17 +42,17 @@ def plate(series: Series, file: str | Path | None = None) -> Figure:
     shown = cells(series)
     columns = _columns(len(shown))
     rows = -(-len(shown) // columns)
-    side = LARGE if len(shown) <= FEW else USUAL
-    width = max(NARROWEST, 2 * MARGIN + columns * side + (columns - 1) * GAP)
-    height = 2 * MARGIN + TITLE + rows * (side + CAPTION) + (rows - 1) * GAP * 0.5 + LEGEND
+    side = PLATE.large if len(shown) <= PLATE.few else PLATE.usual
+    width = max(PLATE.narrowest, 2 * MARGIN + columns * side + (columns - 1) * PLATE.gap)
+    height = 2 * MARGIN + PLATE.title + rows * (side + PLATE.caption) + (rows - 1) * PLATE.gap * 0.5 + PLATE.legend
     figure = blank(width, height)
     frame(figure, width, height)
     title(figure, series, width, height)
     for i, cell in enumerate(shown):
         row, column = divmod(i, columns)
         there = min(columns, len(shown) - row * columns)
-        left = 0.5 * (width - there * side - (there - 1) * GAP) + column * (side + GAP)
-        bottom = height - MARGIN - TITLE - (row + 1) * side - row * (CAPTION + 0.5 * GAP)
+        left = 0.5 * (width - there * side - (there - 1) * PLATE.gap) + column * (side + PLATE.gap)
+        bottom = height - MARGIN - PLATE.title - (row + 1) * side - row * (PLATE.caption + 0.5 * PLATE.gap)
         box = (left / width, bottom / height, side / width, side / height)
         axes = figure.add_axes(box, gid=f"cell-{i + 1}")
         axes.set_facecolor("none")
@@ -74,7 +76,7 @@ def file_name(code: str) -> str:
 
 def _columns(count: int) -> int:
     """Return how many cells stand in a row."""
-    if count <= FEW:
+    if count <= PLATE.few:
         return min(count, 2)
 
     def ill(columns: int) -> float:

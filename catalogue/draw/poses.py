@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,15 +18,19 @@ from ..kinematics.types import Array, Complexes, Floats
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Default number of poses over a stroke.
-STROKE = 33
-#: Default number of poses over a turn: every five degrees.
-TURN = 73
-#: Largest number of poses: every degree of a turn.
-MOST = 361
-#: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a
-#: card.
-POSE_ERROR = 5e-3
+
+class PoseCount(NamedTuple):
+    """Number of poses of a moving drawing."""
+
+    stroke: int = 33  #: default over a stroke
+    turn: int = 73  #: default over a turn: every five degrees
+    most: int = 361  #: most poses: every degree of a turn
+    #: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a
+    #: card.
+    error: float = 5e-3
+
+
+POSE_COUNT = PoseCount()
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Poses:
     #: where the drive is in a dead point.
     velocity: Complexes
     time: Floats  #: when the poses are passed, from 0 to 1, shape (m,)
-    path: Complexes  #: of the guided point, shape (p,), within `POLYLINE_ERROR`
+    path: Complexes  #: of the guided point, shape (p,), within `POLYLINE.error`
     traces: dict[str, Complexes]  #: of further coupler points by name, shape (p,) each
     traced: dict[str, complex]  #: where these points are in the position given
     driver: int  #: number of the driving crank; 0: the coupler
@@ -92,7 +96,7 @@ def poses(
     *,
     turn: bool = False,
     points: Mapping[str, Any] | None = None,
-    error: float = POSE_ERROR,
+    error: float = POSE_COUNT.error,
 ) -> Poses:
     """Compute poses of a guide over its stroke, or over its circuit if it has none.
 
@@ -117,9 +121,9 @@ def poses(
         If the count is out of range, or the linkage does not cover the stroke.
     """
     run = guide.run(whole=turn, points=points)
-    told = (TURN if run.closed else STROKE) if count is None else count
-    if not 3 <= told <= MOST:
-        raise InvalidRequest(f"a moving drawing has 3 to {MOST} poses, not {told}")
+    told = (POSE_COUNT.turn if run.closed else POSE_COUNT.stroke) if count is None else count
+    if not 3 <= told <= POSE_COUNT.most:
+        raise InvalidRequest(f"a moving drawing has 3 to {POSE_COUNT.most} poses, not {told}")
     time = np.linspace(0, 1, told)
     share = time if run.closed else 0.5 * (1 - np.cos(np.pi * time))
     if count is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -22,12 +22,17 @@ if TYPE_CHECKING:
     from ..find.run import Run
     from ..guidance.circuit_curve import CircuitCurve
 
-#: Positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
-POSES = 33
-#: The path is drawn on beyond both ends of the stroke by this part of it.
-BEYOND = 0.3
-#: Intervals between the points at which the deviation is drawn.
-NODES = 128
+
+class SceneOptions(NamedTuple):
+    """Which positions are drawn."""
+
+    #: Positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
+    poses: int = 33
+    beyond: float = 0.3  #: length of the path beyond either end of the stroke [strokes]
+    nodes: int = 128  #: intervals between the points at which the deviation is drawn
+
+
+SCENE = SceneOptions()
 
 
 @dataclass(frozen=True)
@@ -39,15 +44,15 @@ class Scene:
 
     kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
-    moving: Complexes  #: moving pivots, shape (POSES, 2); for a slide the unit normal of its coupler line
-    #: Corners of the coupler, shape (POSES, 3): its finite moving pivots, the foot on its slide's
+    moving: Complexes  #: moving pivots, shape (poses, 2); for a slide the unit normal of its coupler line
+    #: Corners of the coupler, shape (poses, 3): its finite moving pivots, the foot on its slide's
     #: line, last the guided point.
     coupler: Complexes
-    rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (POSES, 2)
-    path: Complexes  #: shape (p,), within `POLYLINE_ERROR`
+    rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (poses, 2)
+    path: Complexes  #: shape (p,), within `POLYLINE.error`
     before: Complexes  #: the path beyond the start, outwards, until the linkage or the path turns
     after: Complexes  #: the same beyond the end
-    position: Floats  #: along the stroke, shape (NODES + 1,)
+    position: Floats  #: along the stroke, shape (nodes + 1,)
     error: Floats  #: there, signed distance from the nominal [length], positive to +y
 
     joint: Complexes | None = None  #: of a dwell, of its rod and rocker, shape (m,)
@@ -57,7 +62,7 @@ class Scene:
     #: Way of the guided point over the turn of a driving crank that turns fully, shape (r,); else
     #: empty.
     turn: Complexes = field(default_factory=lambda: np.empty(0, complex))
-    middle: int = POSES // 2  #: index of the pose in mid-stroke, or in the position given
+    middle: int = SCENE.poses // 2  #: index of the pose in mid-stroke, or in the position given
 
     @property
     def box(self) -> tuple[float, float, float, float]:
@@ -107,7 +112,7 @@ def scene(candidate: Candidate) -> Scene:
     run = candidate.run()
     home = float(run.circuit.phase[0])
     middle = float(run.samples.share(home))
-    share = np.interp(np.linspace(-1, 1, POSES), [-1, 0, 1], [0, middle, 1])
+    share = np.interp(np.linspace(-1, 1, SCENE.poses), [-1, 0, 1], [0, middle, 1])
     pose = run.circuit.pose(run.samples.rows(share)[:, None])
     guided = pose.point(here.point)[:, 0]
     moving = np.concatenate([pose.pivot(here.linkage, i) for i in (0, 1)], axis=1)
@@ -119,7 +124,7 @@ def scene(candidate: Candidate) -> Scene:
         whole = candidate.run(whole=True)
         turn = whole.path(whole.polyline())
     bent = np.exp(0.5j * np.radians(candidate.arc_angle or 0.0)) if candidate.is_wide else 1.0
-    before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke, complex(bent))
+    before, after = _beyond(run, complex(here.tangent[0]), SCENE.beyond * candidate.stroke, complex(bent))
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
         kinds,
@@ -208,7 +213,7 @@ def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: 
     fine = isinstance(here, CouplerCurve) and bool(traced.relative[0] < PLACEMENT.fine)
     guides = extended(here) if isinstance(here, CouplerCurve) and fine else here
     real: Any = np.longdouble if fine else float
-    nodes = grid(NODES).nodes.astype(real)
+    nodes = grid(SCENE.nodes).nodes.astype(real)
     u, v = guides.path.window(traced.low.astype(real), traced.high.astype(real), nodes)
     z = (guides.point + (u + 1j * v) * guides.tangent)[:, 0]
     if candidate.radius is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import numpy as np
 
@@ -22,21 +22,23 @@ if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.placed import PlacedGuide
 
-# Layout of the sheet, all in inches.
-WIDTH = 8.0
-MARGIN = 0.6
-#: Smallest height of the drawing.
-LOW = 2.2
-#: Largest height of the drawing.
-HIGH = 6.4
-#: Margin within the drawing.
-BORDER = 0.45
-#: Heights of the title, the scale bar, the deviation plot (of an exact guide) and its labels.
-TITLE = 1.1
-SCALE = 0.62
-DEVIATION = 1.2
-EXACTLY = 0.4
-LABELS = 0.65
+
+class SheetLayout(NamedTuple):
+    """Layout of the sheet [inch]."""
+
+    width: float = 8.0  #: width of the sheet
+    margin: float = 0.6  #: margin
+    low: float = 2.2  #: smallest height of the drawing
+    high: float = 6.4  #: largest height of the drawing
+    border: float = 0.45  #: margin within the drawing
+    title: float = 1.1  #: height of the title
+    scale: float = 0.62  #: height of the scale bar
+    deviation: float = 1.2  #: height of the deviation plot
+    exactly: float = 0.4  #: height of the deviation plot of an exact guide
+    labels: float = 0.65  #: height of its labels
+
+
+SHEET = SheetLayout()
 
 
 def sheet(guide: PlacedGuide) -> Figure:
@@ -47,28 +49,31 @@ def sheet(guide: PlacedGuide) -> Figure:
     candidate = stroked(guide)
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
-    inner = WIDTH - 2 * MARGIN
-    inch = max((x1 - x0) / (inner - 2 * BORDER), (y1 - y0) / (HIGH - 2 * BORDER))
-    height = max(LOW, (y1 - y0) / inch + 2 * BORDER)
-    strip = 0.0 if candidate is None else EXACTLY if _exact(candidate) else DEVIATION
-    labels = LABELS if strip else 0.2
-    total = TITLE + height + SCALE + strip + labels
-    figure = blank(WIDTH, total)
+    inner = SHEET.width - 2 * SHEET.margin
+    inch = max((x1 - x0) / (inner - 2 * SHEET.border), (y1 - y0) / (SHEET.high - 2 * SHEET.border))
+    height = max(SHEET.low, (y1 - y0) / inch + 2 * SHEET.border)
+    strip = 0.0 if candidate is None else SHEET.exactly if _exact(candidate) else SHEET.deviation
+    labels = SHEET.labels if strip else 0.2
+    total = SHEET.title + height + SHEET.scale + strip + labels
+    figure = blank(SHEET.width, total)
     _title(figure, guide, total)
 
     axes = figure.add_axes(
-        (MARGIN / WIDTH, (labels + strip) / total, inner / WIDTH, (height + SCALE) / total), gid="linkage"
+        (SHEET.margin / SHEET.width, (labels + strip) / total, inner / SHEET.width, (height + SHEET.scale) / total),
+        gid="linkage",
     )
     axes.set_axis_off()
     centre, middle = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     axes.set_xlim(centre - 0.5 * inner * inch, centre + 0.5 * inner * inch)
-    axes.set_ylim(middle - (0.5 * height + SCALE) * inch, middle + 0.5 * height * inch)
+    axes.set_ylim(middle - (0.5 * height + SHEET.scale) * inch, middle + 0.5 * height * inch)
     axes.set_aspect("equal")
     pen = Pen(axes, inch / 72)
     drawn(pen, shown)
     _scale(pen, guide.unit)
     if candidate is not None:
-        inset = figure.add_axes((MARGIN / WIDTH, labels / total, inner / WIDTH, strip / total), gid="deviation")
+        inset = figure.add_axes(
+            (SHEET.margin / SHEET.width, labels / total, inner / SHEET.width, strip / total), gid="deviation"
+        )
         _deviation(inset, candidate, shown)
     return figure
 
@@ -80,7 +85,7 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
     x0, y0, x1, y1 = shown.box
     box = axes.get_window_extent()
     dots = getattr(axes.get_figure(), "dpi", 100.0) / 72
-    spare = min(0.5 * 72 * BORDER, 0.12 * min(box.width, box.height) / dots)
+    spare = min(0.5 * 72 * SHEET.border, 0.12 * min(box.width, box.height) / dots)
     scale = max((x1 - x0) / (box.width / dots - 2 * spare), (y1 - y0) / (box.height / dots - 2 * spare))
     half = 0.5 * scale * np.array([box.width, box.height]) / dots
     axes.set_xlim(0.5 * (x0 + x1) - half[0], 0.5 * (x0 + x1) + half[0])
@@ -96,7 +101,7 @@ def stroked(guide: PlacedGuide) -> Candidate | None:
 
 def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
     """Write the title: name and main numbers of the guide."""
-    left, line = MARGIN / WIDTH, 1 - 0.58 / total
+    left, line = SHEET.margin / SHEET.width, 1 - 0.58 / total
     series, configuration = getattr(guide, "series", getattr(guide, "name", "")), getattr(guide, "configuration", "")
     head = figure.text(
         left,

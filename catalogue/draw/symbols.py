@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,17 @@ from ..paper import GREY, INK, PAPER
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Half the width of a link [point].
-LINK = 5.2
-#: Half the width of a coupler line [point].
-ROD = 2.4
-#: Radius of a pivot [point].
-PIVOT = 3.1
+
+class SymbolSizes(NamedTuple):
+    """Sizes of the symbols of a linkage [pt]."""
+
+    link: float = 5.2  #: half the width of a link
+    rod: float = 2.4  #: half the width of a coupler line
+    pivot: float = 3.1  #: radius of a pivot
+
+
+SYMBOL = SymbolSizes()
+
 #: Layer above which symbols are solid: a name must not cover them.
 SOLID = 3.0
 #: Half the length and half the width of a block [point].
@@ -96,7 +101,7 @@ class Pen:
         self.taken.append(at + extent)
 
     def link(
-        self, z: Complexes, gid: str, colour: str, *, ghost: bool = False, width: float = LINK, zorder: float
+        self, z: Complexes, gid: str, colour: str, *, ghost: bool = False, width: float = SYMBOL.link, zorder: float
     ) -> None:
         """Draw the link whose corners are z: a plate with round ends about them."""
         face, edge = (0.05, 0.28) if ghost else (0.17, 1.0)
@@ -104,7 +109,7 @@ class Pen:
 
     def pivot(self, z: complex, gid: str, colour: str = INK, *, ghost: bool = False, zorder: float = 9) -> None:
         """Draw a turning joint."""
-        radius, edge, width = (0.7 * PIVOT, (colour, 0.35), 0.7) if ghost else (PIVOT, colour, 1.4)
+        radius, edge, width = (0.7 * SYMBOL.pivot, (colour, 0.35), 0.7) if ghost else (SYMBOL.pivot, colour, 1.4)
         self._plate(np.array([z]), radius, gid, PAPER, edge, width, zorder)
 
     def dot(self, z: complex, gid: str, colour: str, *, ghost: bool = False, zorder: float = 10) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from ..curvature_theory.analysis import PARALLEL
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes
 from ..paper import COUPLER, GREY, INK, PATH, SERIF
-from .cells import FAR, Cell
+from .cells import CELLS, Cell
 from .cubics import circle, cubic, hyperbola
-from .labels import CURVE, SOLID, Labels
+from .labels import COST, Labels
 from .mechanism import dyad
 from .symbols import BLOCK, Pen
 
@@ -23,12 +23,18 @@ if TYPE_CHECKING:
 WAYS = (-1j, 1j, 1 + 0j, -1 + 0j)
 #: What belongs to the fixed plane; the colour of the coupler is that of the moving one.
 FIXED = "#00805e"
-#: Symbols are smaller than on a sheet of their own.
-SMALL = 0.62
-#: Margin of the figure [point].
-BORDER = 19.0
-#: Half the length of a guided path [point].
-PATH_LENGTH = 17.0
+
+
+class CellLayout(NamedTuple):
+    """Layout of a cell of a plate."""
+
+    small: float = 0.62  #: size of symbols over that on a sheet
+    border: float = 19.0  #: margin of the figure [pt]
+    path: float = 17.0  #: half the length of a guided path [pt]
+
+
+VIGNETTE = CellLayout()
+
 DASHED = (0, (4, 2.6))
 
 
@@ -45,9 +51,9 @@ class Vignette:
         self.z = cell.linkage.points[0]
         self.joint = self._joints()
         self.centre, half = self._square()
-        self.half = half / (1 - 2 * BORDER / points)
+        self.half = half / (1 - 2 * VIGNETTE.border / points)
         self.point = 2 * self.half / points
-        self.pen = Pen(axes, SMALL * self.point)
+        self.pen = Pen(axes, VIGNETTE.small * self.point)
         self.labels = Labels(self.pen, self.centre, self.half, self.point)
         axes.set_xlim(self.centre.real - self.half, self.centre.real + self.half)
         axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
@@ -67,7 +73,7 @@ class Vignette:
         """Return centre and half side of the least square about circles and linkage."""
         guided = np.concatenate([g.pairs[0] for g in self.cell.guided] or [np.zeros((0, 3))])
         guided = (guided[:, 0] + 1j * guided[:, 1])[guided[:, 2] != 0]
-        held = [self.z[self.cell.linkage.finite[0]], self.joint, guided[np.abs(guided) <= FAR], np.zeros(1)]
+        held = [self.z[self.cell.linkage.finite[0]], self.joint, guided[np.abs(guided) <= CELLS.far], np.zeros(1)]
         if not self.parallel:
             held.append(np.array([0.5 + 1j, -0.5 - 1j]))
         z = np.concatenate(held)
@@ -83,7 +89,7 @@ class Vignette:
         names = [self._guided(number) for number in range(len(self.cell.guided))]
         self.pen.dot(0j, self.prefix + "pole", INK, zorder=11)
         for z in self.pen.taken:
-            self.labels.avoid(z, SOLID)
+            self.labels.avoid(z, COST.solid)
         style = {"family": SERIF, "math_fontfamily": "stix"}
         for at, text, gid in names:
             width = 0.5 * len(text)
@@ -98,7 +104,7 @@ class Vignette:
 
     def _line(self, z: Array, gid: str, colour: str, width: float, zorder: float, dash: object = "-") -> None:
         self.pen.line(z, self.prefix + gid, color=colour, linewidth=width, zorder=zorder, linestyle=dash, clip_on=True)
-        self.labels.avoid(z, CURVE)
+        self.labels.avoid(z, COST.curve)
 
     def _axes(self) -> None:
         end, tip = self.centre + (1 + 1j) * self.half, 4.5 * self.point
@@ -199,7 +205,7 @@ class Vignette:
             self._path(moving, fixed if finite[0] else None, fixed, gid)
             self.pen.dot(moving, self.prefix + gid + "-moving", PATH, zorder=10.5)
         elif not finite[1]:
-            across = 1j * moving * PATH_LENGTH * self.point
+            across = 1j * moving * VIGNETTE.path * self.point
             for side in (-1, 1):
                 z = fixed + side * 1.7 * self.point * moving + np.array([-across, across])
                 self._line(z, f"{gid}-slot-{side + 2}", PATH, 1.0, 7)
@@ -210,7 +216,7 @@ class Vignette:
 
     def _path(self, moving: complex, centre: complex | None, normal: complex, gid: str) -> None:
         """Draw the circle or straight line of a guided point, on both sides of it."""
-        run = PATH_LENGTH * self.point * np.linspace(-1, 1, 41)
+        run = VIGNETTE.path * self.point * np.linspace(-1, 1, 41)
         if centre is None:
             z = moving + 1j * normal * run
         else:

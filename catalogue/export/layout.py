@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,10 +11,15 @@ from .levels import Levels
 from .links import GUIDED, Links
 from .outlines import Part
 
-#: Height of letters [size of the linkage].
-LETTER = 0.018
-#: Free space around parts [size of the linkage].
-SPACE = 0.06
+
+class PartLayout(NamedTuple):
+    """Layout of parts [sizes of the linkage]."""
+
+    letter: float = 0.018  #: height of letters
+    space: float = 0.06  #: free space around parts
+
+
+PART_LAYOUT = PartLayout()
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,7 @@ class Layout:
 
 def laid_out(cut: list[Part], levels: Levels, links: Links) -> Layout:
     """Place the parts in a column right of the linkage."""
-    letter, gap = LETTER * links.size, SPACE * links.size
+    letter, gap = PART_LAYOUT.letter * links.size, PART_LAYOUT.space * links.size
     pivots = {name: part.link.placed(z) for part in cut for name, z in part.holes.items()}
     beside = (0.5 * cut[0].bore + 0.4 * letter) * (1 + 1j)
     texts = [("P" if name == GUIDED else name, z + beside) for name, z in pivots.items()]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -17,14 +18,19 @@ from ..errors import InvalidRequest
 from ..given import positive
 from .links import Link, Links
 
-#: Length of a block over its width.
-BLOCK = 2.0
-#: Thickness of a part over its width.
-THICKNESS = 0.3
-#: Largest default width of a bar [size of the linkage].
-WIDTH = 0.06
-#: Largest default width of a bar over the shortest distance of two pivots: bars do not hide pins.
-PITCH = 0.6
+
+class Proportions(NamedTuple):
+    """Proportions of parts."""
+
+    block: float = 2.0  #: length of a block over its width
+    thickness: float = 0.3  #: thickness of a part over its width
+    width: float = 0.06  #: largest default width of a bar [sizes of the linkage]
+    #: Largest default width of a bar over the shortest distance of two pivots: bars do not hide
+    #: pins.
+    pitch: float = 0.6
+
+
+PROPORTION = Proportions()
 
 
 @dataclass(frozen=True)
@@ -88,7 +94,7 @@ class Sizes:
     @property
     def thickness(self) -> float:
         """Of the parts as solids [the unit of the guide]."""
-        return THICKNESS * self.width
+        return PROPORTION.thickness * self.width
 
     @classmethod
     def of(cls, links: Links, width: float | None, hole: float | None) -> Sizes:
@@ -101,7 +107,11 @@ class Sizes:
             link meet.
         """
         pitch, link, pair = _closest(links)
-        wide = _round(min(WIDTH * links.size, PITCH * pitch)) if width is None else positive("bar width", width)
+        wide = (
+            _round(min(PROPORTION.width * links.size, PROPORTION.pitch * pitch))
+            if width is None
+            else positive("bar width", width)
+        )
         bore = _round(min(0.5 * wide, 0.5 * pitch)) if hole is None else positive("hole", hole)
         if hole is not None and width is None:
             wide = max(wide, 2 * bore)
@@ -117,7 +127,7 @@ class Sizes:
 
 def parts(links: Links, sizes: Sizes) -> list[Part]:
     """Return the parts to cut: the frame, a bar of each crank, the blocks, the coupler plate."""
-    half, length = 0.5 * sizes.width, BLOCK * sizes.width
+    half, length = 0.5 * sizes.width, PROPORTION.block * sizes.width
     found = []
     for link in links.links:
         if link.kind == "block":

@@ -9,7 +9,7 @@ is made.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -24,19 +24,25 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: Positions of the crank over the stroke.
-STEPS = 721
-#: The greatest step of the dyad's joint between two positions over its distance from the other way
-#: to be closed.
-NEAR = 0.2
-#: Relative difference permitted of the deviation by pylinkage: its stations are those of a table.
-OFF = 0.01
-#: Absolute difference permitted [longest length]: rounding.
-ROUNDING = 1e-12
-#: Deviations by which the ends of an arc near a half circle, or beyond, may be another distance
-#: apart: each is off the arc by one across it, and along it by as much as the mean circle, whose
-#: centre tells the angle, is.
-WIDE = 6
+
+class ScriptOptions(NamedTuple):
+    """Positions and tolerances of the script."""
+
+    steps: int = 721  #: positions of the crank over the stroke
+    #: Largest step of the dyad's joint between two positions, over its distance from the other way
+    #: to close the dyad.
+    near: float = 0.2
+    #: permitted relative difference of the deviation: the stations are those of a table
+    off: float = 0.01
+    rounding: float = 1e-12  #: permitted absolute difference by rounding [longest length]
+    #: Permitted difference of the distance of the ends of wide arcs [deviations]: each end is off
+    #: by one across the arc, and along it by as much as the mean circle, whose centre tells the
+    #: angle.
+    wide: int = 6
+
+
+LIMITS = ScriptOptions()
+
 
 SCRIPT = '''\
 """A guide ({family}) of mechanism-catalogue {version}, moved by pylinkage over its stroke{unit}."""
@@ -142,7 +148,7 @@ def script(guide: PlacedGuide, options: Options) -> str:
         stroke=answer.stroke,
         deviation=answer.deviation,
         meaning=meaning,
-        steps=STEPS,
+        steps=LIMITS.steps,
         start=float(start[0]),
         end=float(start[-1]),
         pivot=_xy(z[crank, 0]),
@@ -151,12 +157,12 @@ def script(guide: PlacedGuide, options: Options) -> str:
         radius=float(abs(z[crank, 1] - z[crank, 0])),
         joint=f'joint = {dyad}, x={joint.real!r}, y={joint.imag!r}, name="joint")',
         listed=listed,
-        share=f"{WIDE} * " if answer.is_wide else "",
+        share=f"{LIMITS.wide} * " if answer.is_wide else "",
         distance=float(abs(place) * coupler),
         angle=float(np.angle(place)),
         measure=measure,
-        off=OFF,
-        rounding=ROUNDING * longest,
+        off=LIMITS.off,
+        rounding=LIMITS.rounding * longest,
     )
 
 
@@ -164,11 +170,11 @@ def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
     """Return the motion over the stroke by the crank that drives best, and its index."""
     found = []
     for i in np.flatnonzero(guide.linkage.dyads[0] == RR).tolist():
-        moved = guide.motion(STEPS, driver=i + 1)
+        moved = guide.motion(LIMITS.steps, driver=i + 1)
         turned = np.diff(moved.drive)
         if (turned > 0).all() or (turned < 0).all():
             found.append((_nearness(guide, moved, i), i, moved))
-    if not found or min(found, key=lambda one: one[0])[0] > NEAR:
+    if not found or min(found, key=lambda one: one[0])[0] > LIMITS.near:
         raise InvalidRequest(
             "no crank drives this guide over its stroke without coming near a dead point or a change point: pylinkage "
             "would leave its branch there"
@@ -181,7 +187,7 @@ def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
     """Return the largest step of the other dyad's joint over the distance of assemblies."""
     other, z = 1 - crank, guide.linkage.points[0]
     pin, joint = moved.points[f"A{crank + 1}*"], moved.points[f"A{other + 1}*"]
-    step = np.abs(np.diff(joint)) / np.abs(np.diff(moved.drive)) * np.abs(np.ptp(moved.drive)) / (STEPS - 1)
+    step = np.abs(np.diff(joint)) / np.abs(np.diff(moved.drive)) * np.abs(np.ptp(moved.drive)) / (LIMITS.steps - 1)
     if guide.linkage.dyads[0, other] == RR:
         axis = z[other, 0] - pin
         apart = 2 * np.abs(((joint - pin) * axis.conj()).imag) / np.abs(axis)

@@ -16,7 +16,7 @@ import numpy as np
 from ..kinematics.splines import cubic
 from ..markup import Markup, element
 from ..units import MILLIMETRES
-from .layout import SPACE, laid_out
+from .layout import PART_LAYOUT, laid_out
 from .levels import POSES, stacked
 from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
@@ -91,7 +91,7 @@ def written_svg(guide: PlacedGuide, options: Options) -> str:
 
 def _frame(corners: Sequence[complex], options: Options, links: Links) -> dict[str, str]:
     """Return the attributes that give the drawing its true size."""
-    every, border = np.array(corners), SPACE * links.size
+    every, border = np.array(corners), PART_LAYOUT.space * links.size
     x, y = float(every.real.min()) - border, float(every.imag.max()) + border
     wide, high = float(every.real.max()) + border - x, y - float(every.imag.min()) + border
     millimetres = MILLIMETRES[options.written]

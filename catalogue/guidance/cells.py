@@ -88,7 +88,7 @@ class Curves(Columns):
         Numbers of the circuits.
     offset, sense : ndarray, shape (k,)
         A curve at phase s is its circuit at phase offset + sense * s; of the sense 1 or -1 [rad].
-    s, run : ndarray, shape (PHASES + 1, k)
+    s, run : ndarray, shape (phases + 1, k)
         Phases [rad], and the fraction of the length up to them.
     length, across : ndarray, shape (k,)
         Lengths and diameters of the curves [length].
@@ -193,7 +193,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
     index = 1 + number + steps
     end = number + whole
     index = np.where(turns & (index > pieces), index - pieces, np.minimum(index, pieces))
-    w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
+    w = z[index, np.arange(len(which))]  # (points, pieces, k)
     with np.errstate(all="ignore"):
         far = np.abs(w[-1] - w[0])
         has = (stroke / arc) * np.minimum(arc, np.mod(run[index[-1], np.arange(len(which))] - run[1:], total))

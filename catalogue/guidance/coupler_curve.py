@@ -60,7 +60,7 @@ class CouplerCurve(Columns):
     tangent : complex ndarray, shape (n,)
         Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it
         and increases with the parameter.
-    t, u : ndarray, shape (2 STEPS + 1, n)
+    t, u : ndarray, shape (2 steps + 1, n)
         Table over the part of the path on which u increases; infinite outside it.
     limit : ndarray of str, shape (2, n)
         What ends it below and above: ``path turns`` or ``linkage turns``.

@@ -37,7 +37,7 @@ class Ladder(Columns):
 
     Each column is a scan of one guide.
 
-    The half strokes that were tried, (STROKES, n) [length]; what was traced there, (STROKES, n);
+    The half strokes that were tried, (strokes, n) [length]; what was traced there, (strokes, n);
     the middle of the window, in half strokes, (n,).
     """
 

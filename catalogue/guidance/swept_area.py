@@ -135,7 +135,7 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
 
 
 def _between(area: Area, swept: Complexes) -> Complexes:
-    """Return points of segments between crossed edges, shape (f, n, k, STATIONS).
+    """Return points of segments between crossed edges, shape (f, n, k, stations).
 
     NaN where a segment crosses fewer than two.
     """

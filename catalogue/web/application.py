@@ -181,7 +181,7 @@ class Page:
             unit=found.unit,
             files=guides.offered(),
             layers=guides.SHOWN,
-            seconds=guides.SECONDS,
+            seconds=guides.GUIDE_PAGE.seconds,
         )
 
     async def file(self, request: Request) -> Response:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from secrets import token_hex
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
@@ -18,10 +18,17 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
 T = TypeVar("T")
-#: Width of the drawing of a card [px]: three cards fill a page.
-WIDTH = 360
-#: Height of the drawing of a card [px].
-HEIGHT = 270
+
+
+class CardSize(NamedTuple):
+    """Drawing of a card [px]."""
+
+    width: int = 360  #: width: three cards fill a page
+    height: int = 270  #: height
+
+
+CARD_SIZE = CardSize()
+
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -89,7 +96,7 @@ def words(name: str) -> str:
 
 def drawing(one: PlacedGuide) -> Markup:
     """Return the animated drawing of a card, without style sheet: the page has it."""
-    return moving_svg(one, width=WIDTH, height=HEIGHT, style=False, prefix=f"g{token_hex(4)}-")
+    return moving_svg(one, width=CARD_SIZE.width, height=CARD_SIZE.height, style=False, prefix=f"g{token_hex(4)}-")
 
 
 def numbers(one: Candidate) -> tuple[Number, ...]:

@@ -4,32 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
-from ..draw.curves import TALLEST, Curve, curves
+from ..draw.curves import LAYOUT, Curve, curves
 from ..errors import InvalidRequest
 from ..find.candidate import Candidate
 from ..kinematics.types import Floats
 from ..markup import Markup, element
 from .cards import figure
 
-#: Width of a chart [px]: three charts fill a page.
-WIDTH = 320
-#: Height of a chart [px].
-HEIGHT = 130
-#: Left margin, for the labels of the axis [px].
-LEFT = 46
-#: Right margin [px].
-RIGHT = 12
-#: Top margin, for the name [px].
-TOP = 22
-#: Bottom margin, for the labels of the axis [px].
-BELOW = 30
-#: Most points of a curve: one every two pixels.
-POINTS = 121
-#: Most intervals between ticks: labels do not touch.
-TICKS = 4
+
+class ChartLayout(NamedTuple):
+    """Layout of a chart [px]."""
+
+    width: int = 320  #: width: three charts fill a page
+    height: int = 130  #: height
+    left: int = 46  #: left margin, for the labels of the axis
+    right: int = 12  #: right margin
+    top: int = 22  #: top margin, for the name
+    below: int = 30  #: bottom margin, for the labels of the axis
+    points: int = 121  #: most points of a curve: one every two pixels
+    ticks: int = 4  #: most intervals between ticks: labels do not touch
+
+
+CHART = ChartLayout()
 
 
 def charts(one: Candidate) -> tuple[Markup, ...]:
@@ -43,16 +43,16 @@ def charts(one: Candidate) -> tuple[Markup, ...]:
 
 def chart(curve: Curve, drive: Floats, name: str) -> Markup:
     """Draw one curve as SVG, with name, unit, ticks and range."""
-    some = np.linspace(0, len(drive) - 1, min(POINTS, len(drive))).astype(int)
+    some = np.linspace(0, len(drive) - 1, min(CHART.points, len(drive))).astype(int)
     values, angle = curve.values[some], np.abs(drive[some] - drive[0])
     good = values[np.isfinite(values)]
     least, most = float(good.min()), float(good.max())
-    high = min(most, TALLEST * float(np.median(np.abs(good)))) if curve.zero else most
+    high = min(most, LAYOUT.tallest * float(np.median(np.abs(good)))) if curve.zero else most
     low = min(least, 0.0)
-    across = (WIDTH - LEFT - RIGHT) / (angle[-1] or 1.0)
-    up = (HEIGHT - TOP - BELOW) / (high - low or 1.0)
-    foot = HEIGHT - BELOW
-    x, y = LEFT + across * angle, foot - up * (values - low)
+    across = (CHART.width - CHART.left - CHART.right) / (angle[-1] or 1.0)
+    up = (CHART.height - CHART.top - CHART.below) / (high - low or 1.0)
+    foot = CHART.height - CHART.below
+    x, y = CHART.left + across * angle, foot - up * (values - low)
     shown = np.isfinite(values) & (values <= high)
     runs = np.split(np.arange(len(x)), np.flatnonzero(np.diff(shown)) + 1)
     lines = [
@@ -63,12 +63,14 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
         for value in ticks(low, high)
         for at in [f"{foot - up * (value - low):.1f}"]
         for part in (
-            element("line", x1=LEFT, x2=WIDTH - RIGHT, y1=at, y2=at, class_=None if value else "zero"),
-            element("text", figure(value), x=LEFT - 5, y=at, dy="0.35em", text_anchor="end"),
+            element(
+                "line", x1=CHART.left, x2=CHART.width - CHART.right, y1=at, y2=at, class_=None if value else "zero"
+            ),
+            element("text", figure(value), x=CHART.left - 5, y=at, dy="0.35em", text_anchor="end"),
         )
     ]
     for value in ticks(0.0, float(angle[-1])):
-        at = f"{LEFT + across * value:.1f}"
+        at = f"{CHART.left + across * value:.1f}"
         marks.append(element("line", x1=at, x2=at, y1=foot, y2=foot + 4))
         marks.append(element("text", f"{figure(value)}°", x=at, y=foot + 14, text_anchor="middle"))
     extent = f"{figure(least)} … {figure(most)}"
@@ -76,21 +78,21 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
         "svg",
         element("title", f"{curve.name}: {figure(least)} to {figure(most)} over {figure(float(angle[-1]))}° of {name}"),
         element("text", curve.name, x=6, y=12, class_="name"),
-        element("text", extent, x=WIDTH - RIGHT, y=12, text_anchor="end"),
+        element("text", extent, x=CHART.width - CHART.right, y=12, text_anchor="end"),
         *marks,
         *lines,
-        element("text", f"turn of {name}", x=WIDTH - RIGHT, y=HEIGHT - 3, text_anchor="end"),
+        element("text", f"turn of {name}", x=CHART.width - CHART.right, y=CHART.height - 3, text_anchor="end"),
         class_="chart",
-        viewBox=f"0 0 {WIDTH} {HEIGHT}",
+        viewBox=f"0 0 {CHART.width} {CHART.height}",
         role="img",
     )
 
 
 def ticks(low: float, high: float) -> Iterable[float]:
-    """Return round values from low to high with at most `TICKS` intervals."""
+    """Return round values from low to high with at most `CHART.ticks` intervals."""
     if not high > low:
         return [low]
-    rough = (high - low) / TICKS
+    rough = (high - low) / CHART.ticks
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(power * part for part in (1, 2, 2.5, 5, 10) if power * part >= rough * (1 - 1e-9))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)

@@ -11,25 +11,31 @@ import os
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable, Hashable
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..engines import Begin, Engine
 from ..engines.processes import Processes
 from ..errors import CatalogueError, WorkerKilled
 
-#: Number of cached answers: an hour of one user.
-KEPT = 256
-#: Time between checks whether the client still waits [s].
-POLL = 0.1
-#: Time limit of a question [s]: a refined search takes 1 on an idle machine, the longest that the
-#: form permits about 15.
-LIMIT = 60.0
-#: Most waiting questions of a lane: with one more a client would wait several times `LIMIT`.
-MAX_WAITING = 12
-#: Time that an abandoned question may still run before its process is killed and restarted [s].
-LEFT = 2.0
-#: Niceness of the workers of slow questions.
-PATIENCE = 10
+
+class DeskLimits(NamedTuple):
+    """Limits of the questions to workers."""
+
+    kept: int = 256  #: cached answers: an hour of one user
+    poll: float = 0.1  #: time between checks whether the client still waits [s]
+    #: Time limit of a question [s]: a refined search takes 1 on an idle machine, the longest that
+    #: the form permits about 15.
+    limit: float = 60.0
+    #: Most waiting questions of a lane: with one more a client would wait several times the limit.
+    max_waiting: int = 12
+    #: Time that an abandoned question may still run before its process is killed and restarted
+    #: [s].
+    left: float = 2.0
+    niceness: int = 10  #: niceness of the workers of slow questions
+
+
+DESK = DeskLimits()
+
 Gone = Callable[[], Awaitable[bool]]
 
 
@@ -107,16 +113,16 @@ class Lane:
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Run a function in the next free worker and return its result.
 
-        If the caller is cancelled meanwhile, the function gets `LEFT` seconds to finish; then the
-        process is restarted.
+        If the caller is cancelled meanwhile, the function gets `DESK.left` seconds to finish; then
+        the process is restarted.
 
         Raises
         ------
         Busy
-            If too many questions wait, or this one takes longer than `LIMIT`.
+            If too many questions wait, or this one takes longer than `DESK.limit`.
         """
-        if self._waiting >= MAX_WAITING:
-            raise Busy(f"{MAX_WAITING} questions are waiting already: ask again in a minute")
+        if self._waiting >= DESK.max_waiting:
+            raise Busy(f"{DESK.max_waiting} questions are waiting already: ask again in a minute")
         self._waiting += 1
         try:
             worker = await self._free.get()
@@ -124,13 +130,13 @@ class Lane:
             self._waiting -= 1
         running = asyncio.ensure_future(worker.run(task, *arguments))
         try:
-            done, _ = await asyncio.wait({running}, timeout=LIMIT)
+            done, _ = await asyncio.wait({running}, timeout=DESK.limit)
             if done:
                 return running.result()
-            raise Busy(f"this takes longer than the {LIMIT:.0f} s of a question: ask for less, or ask the command")
+            raise Busy(f"this takes longer than the {DESK.limit:.0f} s of a question: ask for less, or ask the command")
         except asyncio.CancelledError:
             if not self._closed:
-                await asyncio.wait({running}, timeout=LEFT)
+                await asyncio.wait({running}, timeout=DESK.left)
             raise
         finally:
             if not running.done():
@@ -153,7 +159,7 @@ class Desk:
     def __init__(self, begin: Begin, make: Callable[[Begin, int], Engine] = process) -> None:
         count = max(2, min(4, os.cpu_count() or 1))
         self.quick = Lane(lambda: make(begin, 0), count)
-        self.thorough = Lane(lambda: make(begin, PATIENCE), count)
+        self.thorough = Lane(lambda: make(begin, DESK.niceness), count)
         self._kept: OrderedDict[Hashable, asyncio.Task[Any]] = OrderedDict()
         self._waiting: dict[Hashable, int] = {}
 
@@ -171,13 +177,13 @@ class Desk:
         running = self._kept.get(key)
         if running is None or running.cancelled():
             running = self._kept[key] = asyncio.create_task(lane.run(task, *arguments))
-            while len(self._kept) > KEPT:
+            while len(self._kept) > DESK.kept:
                 self._kept.pop(next(iter(self._kept)))
         self._kept.move_to_end(key)
         self._waiting[key] = self._waiting.get(key, 0) + 1
         try:
             while not running.done():
-                await asyncio.wait({running}, timeout=POLL)
+                await asyncio.wait({running}, timeout=DESK.poll)
                 if not running.done() and await gone():
                     raise NobodyWaits
         finally:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..errors import CatalogueError
 from ..find.candidate import Candidate
@@ -12,11 +13,15 @@ from ..series.named_guides import named_guides
 from .asked import opened
 from .cards import drawing
 
-#: Level of the example of a series: a deviation of 10^LEVEL of the stroke is visible in the
-#: drawing.
-LEVEL = -3
-#: Minimum transmission angle of the example of a series, if there is such a guide [deg].
-TRANSMISSION = 35
+
+class Example(NamedTuple):
+    """Choice of the example of a series."""
+
+    level: int = -3  #: a deviation of 10^level of the stroke is visible in the drawing
+    transmission: int = 35  #: minimum transmission angle, if there is such a guide [deg]
+
+
+EXAMPLE = Example()
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,8 @@ def _drawn(one: Candidate) -> Markup:
 def _examples() -> dict[str, int]:
     """Find the most compact straight-line guide of each series, with good transmission if any."""
     rows = opened().guides(reaches=True)
-    rows = rows[rows["kind"].isin(["line", "circle"]) & (rows["level"] == LEVEL)]
-    weak = rows["min_transmission"] < TRANSMISSION
+    rows = rows[rows["kind"].isin(["line", "circle"]) & (rows["level"] == EXAMPLE.level)]
+    weak = rows["min_transmission"] < EXAMPLE.transmission
     bent = rows["kind"] == "circle"
     rows = rows.assign(weak=weak, bent=bent).sort_values(["weak", "bent", "size"], kind="stable")
     first = rows.drop_duplicates("series")

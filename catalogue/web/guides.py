@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -34,10 +34,17 @@ if TYPE_CHECKING:
 
 #: Width and height of the large drawing [px].
 LARGE = (960, 600)
-#: Period of the large drawing [s]: slow enough to follow by eye.
-SECONDS = 6
-#: Longest number of a guide [digits]: within the integers of SQLite.
-LONGEST = 15
+
+
+class PageLimits(NamedTuple):
+    """Limits of the page of a guide."""
+
+    seconds: int = 6  #: period of the large drawing [s]: slow enough to follow by eye
+    longest: int = 15  #: longest number of a guide [digits]: within the integers of SQLite
+
+
+GUIDE_PAGE = PageLimits()
+
 #: Layers of the large drawing, in words.
 SHOWN = {
     "names": "Names of the pivots",
@@ -87,7 +94,7 @@ def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
         if not isinstance(found, Candidate | OwnGuide):
             raise InvalidRequest(f"{name} is no planar guide: `catalogue show {name}` prints it")
         return found, None
-    if not name.isascii() or not name.isdigit() or len(name) > LONGEST:
+    if not name.isascii() or not name.isdigit() or len(name) > GUIDE_PAGE.longest:
         raise InvalidRequest(f"{quoted(name)} is no code, number or name of a guide")
     return opened().guide(int(name)).at(1.0), None
 
@@ -129,7 +136,15 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
         design.title if design is not None else mechanism(found),
         words,
         card(found, name, NOTHING, in_words(found.series)),
-        moving_svg(found, width=LARGE[0], height=LARGE[1], layers=LAYERS, hidden=LAYERS, seconds=SECONDS, style=False),
+        moving_svg(
+            found,
+            width=LARGE[0],
+            height=LARGE[1],
+            layers=LAYERS,
+            hidden=LAYERS,
+            seconds=GUIDE_PAGE.seconds,
+            style=False,
+        ),
         _all_numbers(found),
         tuple(_lengths(found)),
         tuple(_pivots(found)),

@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from inspect import signature
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 import numpy as np
@@ -47,14 +47,21 @@ GROUPS = {
 FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
 #: Upper bounds of fields that lengthen a search: with both a search takes about 15 s.
 MOST = {"effort": 4, "limit": 48}
-#: Longest value of a field [characters]: `MAX_CORNERS` corners of 25 characters, and some more.
-LONGEST = 2000
-#: Most keep-out zones: a search tests each link against each side in every pose.
-MAX_ZONES = 12
-#: Most corners of all zones, for the time of these tests.
-MAX_CORNERS = 60
-#: Most values of a field that may be repeated: more than there are series.
-MAX_VALUES = 40
+
+
+class FormLimits(NamedTuple):
+    """Limits of what a form may ask."""
+
+    #: Longest value of a field [characters]: `max_corners` corners of 25 characters, and some
+    #: more.
+    longest: int = 2000
+    #: Most keep-out zones: a search tests each link against each side in every pose.
+    max_zones: int = 12
+    max_corners: int = 60  #: most corners of all zones, for the time of these tests
+    max_values: int = 40  #: most values of a field that may be repeated: more than there are series
+
+
+FORM = FormLimits()
 
 
 class WishError(InvalidRequest):
@@ -141,8 +148,8 @@ def unit_shown(unit: str) -> str:
 def _check_zones(regions: Sequence[Any]) -> None:
     """Refuse more zones or corners than the page permits."""
     corners = sum(np.size(region) // 2 for region in regions)
-    if len(regions) > MAX_ZONES or corners > MAX_CORNERS:
-        what = f"at most {MAX_ZONES} zones with {MAX_CORNERS} corners in all"
+    if len(regions) > FORM.max_zones or corners > FORM.max_corners:
+        what = f"at most {FORM.max_zones} zones with {FORM.max_corners} corners in all"
         raise WishError(f"{what} on this page; the command takes more", "keep_out")
 
 
@@ -228,8 +235,8 @@ class Form:
         values = [value for value in said.get(field.name, []) if value]
         if not values:
             return []
-        if any(len(value) > LONGEST for value in values):
-            raise WishError(f"this is longer than {LONGEST} letters", field.name)
+        if any(len(value) > FORM.longest for value in values):
+            raise WishError(f"this is longer than {FORM.longest} letters", field.name)
         option = next((one for one in command.params if one.name == field.name), None)
         if option is None:
             raise WishError(f"a {command.name} has no {field.label.lower()}: leave it empty", field.name)
@@ -242,8 +249,8 @@ class Form:
             return [field.flag, *parts]
         if field.kind == "lines":
             values = [line.strip() for value in values for line in value.splitlines() if line.strip()]
-        if field.kind in ("lines", "choices") and len(values) > MAX_VALUES:
-            raise WishError(f"these are more than {MAX_VALUES}; the command takes more", field.name)
+        if field.kind in ("lines", "choices") and len(values) > FORM.max_values:
+            raise WishError(f"these are more than {FORM.max_values}; the command takes more", field.name)
         if field.kind not in ("lines", "choices"):
             values = values[-1:]
         return [part for value in values for part in (field.flag, value)]

@@ -18,7 +18,7 @@ from catalogue.curvature_theory.analysis import curvature
 from catalogue.draw.curves import curves
 from catalogue.draw.datasheet import PAPERS, content
 from catalogue.draw.datasheet_html import sheet_html
-from catalogue.draw.datasheet_pdf import MARGIN, sheet_figure
+from catalogue.draw.datasheet_pdf import PAGE, sheet_figure
 from catalogue.draw.units import Scale
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.placed import PlacedGuide
@@ -61,7 +61,7 @@ def test_the_linkage_is_drawn_between_the_margins(made: PlacedGuide) -> None:
     axes, width = figure.axes[0], PAPERS["a4"][0]
     place = axes.get_position()
     for x in (place.x0, 1 - place.x1):
-        assert x * width == pytest.approx(MARGIN)
+        assert x * width == pytest.approx(PAGE.margin)
     for line in axes.lines:
         at = axes.transAxes.inverted().transform(axes.transData.transform(line.get_xydata()))
         assert np.nanmin(at) >= -ROUNDED

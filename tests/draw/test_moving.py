@@ -13,7 +13,7 @@ import pytest
 
 import catalogue
 from catalogue.draw.moving import LAYERS, STYLE, moving_svg
-from catalogue.draw.poses import STROKE, TURN, poses
+from catalogue.draw.poses import POSE_COUNT, poses
 from catalogue.errors import InvalidRequest
 from catalogue.find.placed import PlacedGuide
 from catalogue.kinematics.linkage import PR, RP, RR
@@ -142,7 +142,7 @@ def test_poses_are_those_of_the_motion(made: PlacedGuide) -> None:
             seen = start + np.exp(-1j * shown.turn) * (z[i, 0] - shown.guided)  # the fixed pivot in the coupler
             off = ((seen - z[i, 0]) * z[i, 1].conjugate()).real
         assert np.abs(off).max() < 1e-9 * size
-    assert len(shown.guided) >= (TURN if shown.closed else STROKE)
+    assert len(shown.guided) >= (POSE_COUNT.turn if shown.closed else POSE_COUNT.stroke)
     assert len(shown.time) == len(shown.guided)
     assert (np.diff(shown.time) > 0).all()
     if shown.closed:
@@ -267,7 +267,7 @@ def test_a_whole_turn_goes_round_and_comes_back() -> None:
     move, _, guided = coupler(root)
     way = move(guided)
     assert abs(way[0] - way[-1]) < 2 * ROUNDING
-    assert len(way) == TURN
+    assert len(way) == POSE_COUNT.turn
 
 
 def test_further_coupler_points_draw_their_paths() -> None:

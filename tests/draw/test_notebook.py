@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.draw.cards import MOST
+from catalogue.draw.cards import CARDS
 from catalogue.find.placed import PlacedGuide
 from catalogue.find.results import Found
 from catalogue.html_table import html_table
@@ -61,7 +61,7 @@ def test_answers_are_cards_before_a_table() -> None:
     html = found._repr_html_()
     tree = whole(html)
     svg = "{http://www.w3.org/2000/svg}svg"
-    assert len(list(tree.iter(svg))) == MOST < len(found)
+    assert len(list(tree.iter(svg))) == CARDS.most < len(found)
     assert html.count("<style>") == 1  # once for all cards
     names = re.findall(r'id="([^"]+)"', html)
     assert len(names) == len(set(names))

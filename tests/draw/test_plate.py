@@ -24,11 +24,11 @@ from catalogue.cli import run
 from catalogue.cli.plate import _files
 from catalogue.curvature_theory.analysis import PARALLEL
 from catalogue.curvature_theory.instant import Instant
-from catalogue.draw.cells import FAR, ROOM, Cell, cells
+from catalogue.draw.cells import CELLS, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
 from catalogue.draw.lettering import _fit, legend
 from catalogue.draw.plate import file_name, plate
-from catalogue.draw.vignette import BORDER, PATH_LENGTH, Vignette
+from catalogue.draw.vignette import VIGNETTE, Vignette
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
 from catalogue.kinematics.types import Array
 from catalogue.paper import blank
@@ -120,9 +120,9 @@ def test_every_configuration_of_the_sample_has_a_cell(code: str) -> None:
     found = shown(code)
     assert {(cell.family, cell.configuration) for cell in found} == met
     special = {(m.family, m.name) for m in series.members}
-    if len(met) + len(series.members) <= ROOM:
+    if len(met) + len(series.members) <= CELLS.most:
         assert {(cell.family, cell.member) for cell in found} == special
-    assert len(found) <= max(ROOM, len(met))
+    assert len(found) <= max(CELLS.most, len(met))
 
 
 @every
@@ -170,10 +170,12 @@ def test_a_cell_is_the_least_square_about_circles_linkage_and_points_that_are_ne
         vignette = Vignette(Figure(figsize=(4, 4)).add_axes((0, 0, 1, 1)), cell, 288, "cell-")
         z = [0j, 0.5 + 1j, -0.5 - 1j] if cell.curvature.state[0] != PARALLEL else [0j]
         z += [complex(x, y) for dyad in cell.linkage.pivots[0] for x, y, w in dyad if w]
-        z += [complex(x, y) for g in cell.guided for x, y, w in g.pairs[0] if w and np.hypot(x, y) <= FAR]
+        z += [complex(x, y) for g in cell.guided for x, y, w in g.pairs[0] if w and np.hypot(x, y) <= CELLS.far]
         z += vignette.joint.tolist()
         off = np.array(z) - vignette.centre
-        assert max(np.ptp(off.real), np.ptp(off.imag)) == pytest.approx(2 * vignette.half * (1 - 2 * BORDER / 288))
+        assert max(np.ptp(off.real), np.ptp(off.imag)) == pytest.approx(
+            2 * vignette.half * (1 - 2 * VIGNETTE.border / 288)
+        )
         for side in (off.real, off.imag):
             assert side.max() == pytest.approx(-side.min())
 
@@ -186,7 +188,7 @@ def test_slots_that_are_guided_are_two_lines_as_long_as_paths_beside_their_point
     slots = [line for line in axes.lines if "-slot-" in (line.get_gid() or "")]
     assert slots
     lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) for line in slots]
-    np.testing.assert_allclose(lengths, 2 * PATH_LENGTH * vignette.point)
+    np.testing.assert_allclose(lengths, 2 * VIGNETTE.path * vignette.point)
     one, other = (np.asarray(line.get_xydata(), float).mean(0) for line in slots[:2])
     assert 0 < np.hypot(*(one - other)) < 0.5 * lengths[0]
 

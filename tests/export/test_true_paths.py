@@ -13,7 +13,7 @@ import pytest
 from catalogue.draw import moving_svg
 from catalogue.draw.frame import Frame
 from catalogue.draw.moving_layers import Layers
-from catalogue.draw.poses import POSE_ERROR, poses
+from catalogue.draw.poses import POSE_COUNT, poses
 from catalogue.draw.svg import Clock
 from catalogue.errors import InvalidRequest
 from catalogue.export.links import taken_apart
@@ -103,7 +103,7 @@ def test_links_of_a_moving_drawing_meet_between_its_poses_too(part: int) -> None
         for i, angle in shown.cranks.items():
             pin = shown.moving[:, i] - shown.fixed[i]
             between = np.abs(0.5 * (pin[1:] + pin[:-1]) - np.abs(pin[0]) * np.exp(0.5j * (angle[1:] + angle[:-1])))
-            assert between.max() < 2 * POSE_ERROR * spread
+            assert between.max() < 2 * POSE_COUNT.error * spread
 
 
 def test_the_stated_share_is_told_where_rows_are_asked_for() -> None:

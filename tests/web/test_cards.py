@@ -20,7 +20,7 @@ from catalogue.find.candidate import Candidate
 from catalogue.markup import NOTHING
 from catalogue.web import guides
 from catalogue.web.cards import Number, card, coordinate, figure, numbers
-from catalogue.web.charts import BELOW, HEIGHT, LEFT, RIGHT, TICKS, TOP, WIDTH, charts, ticks
+from catalogue.web.charts import CHART, charts, ticks
 from catalogue.web.guides import best
 from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
@@ -62,13 +62,13 @@ def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Ca
     for curve, text in zip(found, drawn, strict=True):
         lines = [line.attrib["points"].split() for line in ET.fromstring(text).iter("polyline")]
         x, y = np.array([point.split(",") for line in lines for point in line], float).T
-        assert (x >= LEFT).all()
-        assert (x <= WIDTH - RIGHT).all()
-        assert (y >= TOP - 0.1).all()
-        assert (y <= HEIGHT - BELOW + 0.1).all()
+        assert (x >= CHART.left).all()
+        assert (x <= CHART.width - CHART.right).all()
+        assert (y >= CHART.top - 0.1).all()
+        assert (y <= CHART.height - CHART.below + 0.1).all()
         if np.isfinite(curve.values).all() and not curve.zero:
-            assert (x[0], x[-1]) == pytest.approx((LEFT, WIDTH - RIGHT), abs=0.1)
-            share = (x - LEFT) / (WIDTH - LEFT - RIGHT) * (drive[-1] - drive[0]) + drive[0]
+            assert (x[0], x[-1]) == pytest.approx((CHART.left, CHART.width - CHART.right), abs=0.1)
+            share = (x - CHART.left) / (CHART.width - CHART.left - CHART.right) * (drive[-1] - drive[0]) + drive[0]
             way = np.argsort(drive)
             there = np.interp(share, drive[way], curve.values[way])
             assert np.corrcoef(there, -y)[0, 1] > 0.99
@@ -81,7 +81,7 @@ def test_ticks_of_a_curve_stand_where_their_value_is(made: Candidate) -> None:
     for curve, text in zip(found, charts(made.in_unit("mm")), strict=True):
         root = ET.fromstring(text)
         told = [(float(one.attrib["y"]), number(one.text)) for one in root.iter("text") if "dy" in one.attrib]
-        assert 2 <= len(told) <= TICKS + 2
+        assert 2 <= len(told) <= CHART.ticks + 2
         y, value = np.array(told).T
         slope, zero = np.polyfit(value, y, 1)
         assert np.abs(zero + slope * value - y).max() < 0.2
@@ -106,7 +106,7 @@ def test_ticks_are_round_and_within_their_range(low: float, extent: float) -> No
     extent = max(extent, 1e-3 * abs(low))
     high = low + extent
     found = [*ticks(low, high)]
-    assert 2 <= len(found) <= TICKS + 1
+    assert 2 <= len(found) <= CHART.ticks + 1
     step = found[1] - found[0]
     assert np.diff(found) == pytest.approx(step, rel=1e-6)
     assert low - 1e-6 * extent <= found[0] <= found[-1] <= high + 1e-6 * extent

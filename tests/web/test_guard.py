@@ -20,7 +20,7 @@ from catalogue import Catalogue
 from catalogue.web.application import application
 from catalogue.web.desk import Thread
 from catalogue.web.guard import MAX_ADDRESS
-from catalogue.web.wish import MAX_CORNERS, MAX_ZONES, Form
+from catalogue.web.wish import FORM, Form
 
 WISH = {"path": "straight-line", "stroke": "150", "deviation": "0.5", "limit": "2", "stage": "draft"}
 GOOD, ONCE = "the token that is printed", "the token of the browser"
@@ -100,14 +100,14 @@ def test_a_long_address_is_refused_before_it_is_read(stranger: TestClient) -> No
 
 
 @pytest.mark.parametrize("zones", [
-    [f"{k},0,{k + 1},1" for k in range(MAX_ZONES + 1)],
-    [",".join(f"{x},{x * x}" for x in range(MAX_CORNERS // 2 + 1))] * 2,
+    [f"{k},0,{k + 1},1" for k in range(FORM.max_zones + 1)],
+    [",".join(f"{x},{x * x}" for x in range(FORM.max_corners // 2 + 1))] * 2,
 ], ids=["zones", "corners"])  # fmt: skip
 def test_more_zones_than_a_page_may_cost_are_refused(stranger: TestClient, zones: list[str]) -> None:
     stranger.get("/", params={"token": GOOD})
     got = stranger.get("/answers", params={**WISH, "keep_out": zones})
     assert got.status_code == 400
-    assert f"at most {MAX_ZONES} zones with {MAX_CORNERS} corners in all on this page" in got.text
+    assert f"at most {FORM.max_zones} zones with {FORM.max_corners} corners in all on this page" in got.text
 
 
 def test_a_start_on_the_page_is_a_code_and_no_file(stranger: TestClient, tmp_path: Path) -> None:

@@ -411,7 +411,7 @@ def test_a_question_that_takes_too_long_is_ended_and_others_get_their_turn(monke
 
     from catalogue.web import desk as desks
 
-    monkeypatch.setattr(desks, "LIMIT", 0.2)
+    monkeypatch.setattr(desks, "DESK", desks.DESK._replace(limit=0.2))
 
     async def test(desk: Desk) -> None:
         start = time.monotonic()
@@ -433,7 +433,7 @@ def test_questions_beyond_those_that_can_wait_are_told_so(monkeypatch: pytest.Mo
 
     from catalogue.web import desk as desks
 
-    monkeypatch.setattr(desks, "MAX_WAITING", 3)
+    monkeypatch.setattr(desks, "DESK", desks.DESK._replace(max_waiting=3))
 
     async def test(desk: Desk) -> None:
         many = [asyncio.create_task(desk.ask(k, desk.quick, _never, _slow, [], 0.2))
