@@ -13,8 +13,8 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -160,23 +160,6 @@ class Commands(click.Group):
             told = f"{error.format_message()} It may be one of a command that has to be named first: {named}."
             raise click.UsageError(told, ctx) from None
 
-    def make_context(self, *args: Any, **more: Any) -> click.Context:
-        with _without_an_empty_line():
-            return super().make_context(*args, **more)
-
-    def invoke(self, ctx: click.Context) -> Any:
-        with _without_an_empty_line():
-            return super().invoke(ctx)
-
-
-@contextmanager
-def _without_an_empty_line() -> Iterator[None]:
-    """Convert Ctrl-C to `click.Abort` before click prints an empty line; `main` reports it."""
-    try:
-        yield
-    except KeyboardInterrupt as error:
-        raise click.Abort(*error.args) from None
-
 
 FIND = Commands(
     "find",
@@ -227,7 +210,13 @@ def run() -> int:
     """Run the command in `sys.argv`; print warnings as lines on standard error."""
     warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
     try:
-        return app.main(prog_name="catalogue", standalone_mode=False) or 0
+        if "_CATALOGUE_COMPLETE" in os.environ:
+            app.main(prog_name="catalogue")  # of shell completion; it ends the process
+        # `app.main` would print an empty line on Ctrl-C.
+        with app.make_context("catalogue", sys.argv[1:]) as context:
+            return app.invoke(context) or 0
+    except click.exceptions.Exit as ended:
+        return ended.exit_code
     except click.ClickException as error:
         click.UsageError(shortened(error.format_message(), LINE), getattr(error, "ctx", None)).show()
         return error.exit_code

@@ -65,6 +65,8 @@ CUTS = (1 / 3, 2 / 3)
 CUT = 0.6
 #: How many answers are enough to look no farther.
 AMPLE = 6
+#: More answers than are found: all broad phases are taken.
+EVERY = 1_000_000
 #: Gap: a score costs 0 at best, so that a search for one ends where its best costs no more.
 GAP = 0.05
 #: So many candidates left in a refinement, none of them the best, are not worth a round.
@@ -112,7 +114,7 @@ class Search:
 
     def __post_init__(self, given: CandidateBatch | None) -> None:
         self._asked = self.problem
-        if self.problem.ranking.only == "deviation" and self.refines:
+        if self._by_deviation and self.refines:
             self.problem = by_deviation(self.problem)
         self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, given)
         self._phases = self._every_phase()
@@ -172,11 +174,12 @@ class Search:
             if not (self.refines or self.report.eligible):
                 break
             self._race(starts, self.budget.raced, self.budget.leaders)
+            if self.refines and not self._feasible and not self._by_deviation:
+                self._lead_in()
+                break
             if self._worth_something.sum() >= self.enough:
                 break
             yield ""
-        if self.refines and not self._feasible:
-            self._lead_in()
         yield self._enough_for_all
         yield from self._hops()
 
@@ -240,7 +243,7 @@ class Search:
 
     def _without_exact(self, starts: CandidateBatch | None) -> CandidateBatch | None:
         """Move exact guides from the starts to the answers, if deviation is ranked."""
-        if starts is None or self.problem.ranking.only != "deviation":
+        if starts is None or not self._by_deviation:
             return starts
         exact = (starts.traced.relative <= EXACT_DEVIATION) & feasibility(self.problem, starts).all
         done = starts[np.flatnonzero(exact)]
@@ -288,9 +291,7 @@ class Search:
 
         So no tolerance is denied that a search for the least deviation reaches.
         """
-        if self.problem.ranking.only == "deviation":
-            return
-        how: dict[str, Any] = {"enough": self.enough, "effort": self.effort, "budget": self.budget}
+        how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         least = Search(by_deviation(self.problem), self.database, self.report, **how)
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
@@ -323,6 +324,11 @@ class Search:
             self.cost = np.concatenate([self.cost, costs])
 
     @property
+    def _by_deviation(self) -> bool:
+        """Whether the deviation is ranked alone."""
+        return self.problem.ranking.only == "deviation"
+
+    @property
     def _races(self) -> bool:
         """Whether starts race."""
         return self.refines and is_raced(self.problem)
@@ -338,7 +344,7 @@ class Search:
 
         More for ranked deviations, which fall by orders of magnitude there.
         """
-        return len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
+        return len(RADIUS_FACTORS) if self._by_deviation else 1
 
     @property
     def _enough_already(self) -> str:
@@ -400,5 +406,5 @@ class Search:
 
     def _gained(self, before: float) -> bool:
         """Whether the least cost has fallen since it was as given."""
-        unit = abs(before) if self.problem.ranking.only == "deviation" else max(abs(before), 1.0)
+        unit = abs(before) if self._by_deviation else max(abs(before), 1.0)
         return self._least < (before - GAIN * unit if np.isfinite(before) else before)
