@@ -245,8 +245,10 @@ class Explanation:
             bounds = {name: self._value(name, one, room) for name in names}
             if (answers := self._answers(bounds, one)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
-                    bounds = self._closer(names[0], bounds, amount[best], answers)
-                return tuple(self._relaxation(name, bound) for name, bound in bounds.items())
+                    closer = self._closer(names[0], bounds, amount[best], answers)
+                    bounds = closer if self._is_found(closer) else bounds
+                if self._is_found(bounds):
+                    return tuple(self._relaxation(name, bound) for name, bound in bounds.items())
         return None
 
     def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
@@ -273,6 +275,23 @@ class Explanation:
         candidate are refined: others seldom find an answer that these miss, and take longest where
         there is none.
         """
+        looser = self._looser(bounds)
+        if looser.constraints.given:
+            from .prescribed_pivots import with_prescribed_pivots
+
+            chosen = with_prescribed_pivots(self.series(), looser, SearchReport())
+            return None if chosen is None else chosen.found
+        return Search(looser, self.database, enough=1).answers_near(one)
+
+    def _is_found(self, bounds: dict[str, Any]) -> bool:
+        """Return whether the search finds an answer under these bounds by itself."""
+        looser = self._looser(bounds)
+        if looser.constraints.given:
+            return True
+        return Search(looser.sought(), self.database, enough=1).run().status != "exhausted"
+
+    def _looser(self, bounds: dict[str, Any]) -> Problem:
+        """Return the problem of one answer under other bounds."""
         problem = self.problem
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
@@ -285,13 +304,7 @@ class Explanation:
                 changes[name] = getattr(Constraints(), name)
             else:
                 changes[name] = value / stroke if name in LENGTHS else value
-        looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        if problem.constraints.given:
-            from .prescribed_pivots import with_prescribed_pivots
-
-            chosen = with_prescribed_pivots(self.series(), looser, SearchReport())
-            return None if chosen is None else chosen.found
-        return Search(looser, self.database, enough=1).answers_near(one)
+        return replace(problem, path=path, limit=1).with_constraints(**changes)
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Compute the bound that admits a candidate, in the user's unit and few digits.

@@ -125,8 +125,7 @@ def searched(
         Whether the further starts are answers to a tighter problem: the search ends early then
         where they are good enough.
     """
-    within, mirrors = problem.tightened(), problem.mirrors
-    sought = within.mirrored(*mirrors) if any(mirrors) else within
+    within, mirrors, sought = problem.tightened(), problem.mirrors, problem.sought()
     if given is not None and any(mirrors):
         given = mirror_image(sought, given, *mirrors)
     every = []

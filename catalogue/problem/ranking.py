@@ -83,6 +83,9 @@ DESIRES: Mapping[str, Desire] = {
 RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst) | {"uniformity"}
 #: Measures with an upper limit of 1.
 TO_ONE = ("transmission", "uniformity")
+#: Costs that hardly any guide undercuts: a score of 95; a hundredth above the limit of a measure,
+#: as no guide is smaller than its stroke.
+GOOD = {"score": 0.05, "size": 1.01, "balance": 0.05, "transmission": 0.01, "uniformity": 0.01, "travel": 0.01}
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
@@ -178,6 +181,11 @@ class Ranking:
     def only(self) -> str | None:
         """The only criterion, or None if there are several."""
         return next(iter(self.weights)) if len(self.weights) == 1 else None
+
+    @property
+    def good(self) -> float:
+        """Cost that can hardly be undercut; -infinity where none is known."""
+        return sum(weight * GOOD.get(name, -np.inf) for name, weight in self.weights.items())
 
     @property
     def quantities(self) -> frozenset[str]:

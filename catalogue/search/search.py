@@ -67,8 +67,6 @@ CUT = 0.6
 AMPLE = 6
 #: More answers than are found: all broad phases are taken.
 EVERY = 1_000_000
-#: Gap: a score costs 0 at best, so that a search for one ends where its best costs no more.
-GAP = 0.05
 #: So many candidates left in a refinement, none of them the best, are not worth a round.
 FEW = 3
 #: Gain of a phase, as a part of the cost, or of 1 where it is less and no deviation.
@@ -163,7 +161,7 @@ class Search:
             self._add(known, cost(self.problem, known))
             if self.warm and self.refines:
                 yield self._from_known(known)
-        if self.effort == 1 and self.refines and ((self._has_bound and self._races) or not self._is_constrained):
+        if self.effort == 1 and self._may_be_short:
             self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
             yield self._enough_already
         each = self.budget.per_kind if self._races else self.budget.tried
@@ -334,9 +332,9 @@ class Search:
         return self.refines and is_raced(self.problem)
 
     @property
-    def _is_constrained(self) -> bool:
-        """Whether more is asked for than sorts of guides."""
-        return is_constrained(self.problem)
+    def _is_hard(self) -> bool:
+        """Whether constraints are asked for, or a measure whose least value is unknown."""
+        return is_constrained(self.problem) or not (self._by_deviation or self.problem.ranking.only == "score")
 
     @property
     def _followed(self) -> int:
@@ -350,7 +348,7 @@ class Search:
     def _enough_already(self) -> str:
         """Why the search ends after its short phase."""
         worth = int(self._worth_something.sum())
-        if not self._is_constrained:
+        if not self._is_hard:
             return "found" if worth >= self.enough else ""
         full = worth >= max(self.enough, self.problem.limit) and self._is_varied
         return "good enough" if full and self._in_gap else ""
@@ -358,7 +356,7 @@ class Search:
     @property
     def _enough_for_all(self) -> str:
         """Why the search ends after its broad phases."""
-        if not self.refines or not self._feasible or not self._is_constrained or self.enough == 1:
+        if not self.refines or not self._feasible or not self._is_hard or self.enough == 1:
             return "found"
         return "good enough" if self._in_gap else ""
 
@@ -368,14 +366,20 @@ class Search:
         return bool(np.isfinite(self.cost).any())
 
     @property
+    def _may_be_short(self) -> bool:
+        """Whether a few stored starts often suffice: without constraints, or for a score."""
+        scored = self._races and self.problem.ranking.only == "score"
+        return self.refines and (scored or not is_constrained(self.problem))
+
+    @property
     def _has_bound(self) -> bool:
         """Whether it is known how good an answer can be at best."""
-        return self.refines and self.problem.ranking.only == "score"
+        return self.refines and np.isfinite(self.problem.ranking.good)
 
     @property
     def _in_gap(self) -> bool:
         """Whether no answer can be much better than the best that was found."""
-        return self._has_bound and self.problem.effort == 1 and self._least <= GAP
+        return self._has_bound and self.problem.effort == 1 and self._least <= self.problem.ranking.good
 
     @property
     def _worth_something(self) -> Array:

@@ -77,7 +77,27 @@ def test_a_further_phase_never_loses_the_best(small: Catalogue, rank_by: str) ->
         best = least
         lists.append(best)
     assert np.isfinite(best)
-    assert len(lists) > (0 if rank_by == "score" else 2), "a score may be good enough at once"
+    assert len(lists) > (2 if rank_by == "deviation" else 0), "others may be good enough at once"
+
+
+@pytest.mark.slow
+def test_without_constraints_a_search_goes_on_while_the_best_is_no_limit(small: Catalogue) -> None:
+    """The first phase ends at a size of 1.247 strokes, later ones at 1.214; no guide is smaller than its stroke."""
+    problem = asked(StraightLine(1, 1 / 3000), "size", families=["four-bar"])
+    search = Search(problem, small.database)
+    search.step()
+    first = search.cost.min()
+    assert first > problem.ranking.good
+    assert search.status == "searching"
+    search.run()
+    assert search.cost.min() < 0.98 * first
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [160.0, 165.1, 175.0])
+def test_a_tolerance_that_few_guides_keep_is_answered(small: Catalogue, size: float) -> None:
+    """Their links are shorter than a tenth of the stroke, and refinement from elsewhere ends at 1.5 tolerances."""
+    assert small.find(StraightLine(150, 0.05), families=["four-bar"], max_size=size, limit=1)
 
 
 @pytest.mark.slow
@@ -137,14 +157,14 @@ def test_a_few_starts_are_enough_where_no_answer_can_be_much_better(
     assert np.isfinite(quick.cost).sum() >= 6
     assert 0 < quick.report.refined < 0.3 * whole.report.refined
     assert quick.report.raced == 0
-    assert 0 <= whole.cost.min() <= quick.cost.min() <= search.GAP
+    assert 0 <= whole.cost.min() <= quick.cost.min() <= 0.05
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wanted", "rank_by"),
     [
-        (LINE, EASY, "size"),  # how small a guide can be is not known
+        (LINE, EASY, "max_link"),  # how short links can be is not known
         (LINE, {**EASY, "max_size": 1.5}, "score"),  # few are so small
         (StraightLine(1, 1e-5), {"min_transmission": 40, "full_rotation": True}, "score"),  # the best is not that good
     ],
