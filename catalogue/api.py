@@ -449,7 +449,7 @@ class Catalogue:
         -------
         Progress
         """
-        from .populate.fill import COUNT, fill
+        from .populate.fill import FILL, fill
         from .populate.plan import share_of
 
         series = names("series", series)
@@ -457,7 +457,8 @@ class Catalogue:
         if count is None and not series and not self.complete:  # finish what was begun
             series = tuple(code for code in begun if code in self.registry.series)
         if count is None:
-            share = share_of(self.registry, series, COUNT) if series else COUNT  # as dense a net as of the others
+            # as dense a cover as that of the others
+            share = share_of(self.registry, series, FILL.guides) if series else FILL.guides
             count = self.database.get_number("count", share) if list(series) == begun else share
         seed = self.database.get_number("seed", 0) if seed is None else seed
         return fill(

@@ -9,7 +9,7 @@ import os
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..errors import printable
 
@@ -17,12 +17,18 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-#: Width of piped output, unless ``COLUMNS`` is set [characters]: the widest that most viewers show.
-PIPED = 100
-#: Smallest width to fit a table to [characters]: below it every cell would be alone on its line.
-LEAST = 40
-#: Smallest width of a wrapped column of words [characters]: about five words a line.
-WORDS = 28
+
+class TableWidth(NamedTuple):
+    """Widths of tables [characters]."""
+
+    piped: int = 100  #: piped output, unless ``COLUMNS`` is set: the widest that most viewers show
+    #: smallest width to fit a table to: below it every cell would be alone on its line
+    least: int = 40
+    words: int = 28  #: smallest width of a wrapped column of words: about five words a line
+
+
+TABLE_WIDTH = TableWidth()
+
 #: Space between two items of a card.
 GAP = "   "
 
@@ -66,13 +72,13 @@ def cell(value: Any) -> str:
 
 
 def console() -> Console:
-    """Create a console of the width of the terminal, or of ``COLUMNS``, else of `PIPED`."""
+    """Create a console of the width of the terminal, of ``COLUMNS``, or else a default."""
     from rich.console import Console
 
     one = Console(highlight=False)
     if not one.is_terminal and not os.environ.get("COLUMNS", "").isdigit():
-        one = Console(highlight=False, width=PIPED)
-    one.width = max(one.width, LEAST)
+        one = Console(highlight=False, width=TABLE_WIDTH.piped)
+    one.width = max(one.width, TABLE_WIDTH.least)
     return one
 
 
@@ -138,7 +144,7 @@ def _table(
     for k in shown:
         heading, widest = headings[k], widths[k]
         title = "\n" * (deep - titles[k].count("\n")) + titles[k]
-        least = min(widest, WORDS) if heading.words else widest
+        least = min(widest, TABLE_WIDTH.words) if heading.words else widest
         table.add_column(
             Text(title),
             justify="right" if heading.right else "left",

@@ -1,8 +1,8 @@
 """Store answers under short codes and in files, and restore exactly the same mechanism.
 
 A record holds the fields of an answer to the last digit.  Its code is derived from its digest, so
-an answer has one code everywhere.  The last `KEPT` records of a user are in one file, separate from
-any catalogue.
+an answer has one code everywhere.  The last `CODES.kept` records of a user are in one file,
+separate from any catalogue.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..kinematics.linkage import Linkage
 from ..problem.path import consistent_arc, point
 from ..units import millimetres, unit_or_none
 from .candidate import Candidate
-from .codes import KEPT, LENGTH, code_of, is_code, keep, kept
+from .codes import CODES, code_of, is_code, keep, kept
 from .dwell_results import DwellCandidate
 from .own_chain import ChainStretch, OwnChain
 from .own_guide import OwnGuide
@@ -84,11 +84,13 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
     True
     """
     if not isinstance(code, str) or not is_code(code):
-        raise InvalidRequest(f"{quoted(code)} is no code of an answer: these have {LENGTH} letters and digits or more")
+        raise InvalidRequest(
+            f"{quoted(code)} is no code of an answer: these have {CODES.length} letters and digits or more"
+        )
     found = kept(code)
     if found is None:
         raise InvalidRequest(
-            f"no answer has the code {code} here: the last {KEPT} of this user on this machine are kept; "
+            f"no answer has the code {code} here: the last {CODES.kept} of this user on this machine are kept; "
             "`find --save FILE` keeps answers for good, --share DIR in a folder for others"
         )
     try:

@@ -12,7 +12,7 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import InvalidRequest
 from ..folders import answers_file, make_folder
@@ -20,22 +20,29 @@ from ..folders import answers_file, make_folder
 if TYPE_CHECKING:
     from .shared import SharedFolder
 
-#: Number of latest records to keep: about 40 MB, and two thousand searches.
-KEPT = 20_000
+
+class CodeOptions(NamedTuple):
+    """Codes of answers, and the file that keeps them."""
+
+    kept: int = 20_000  #: latest records to keep: about 40 MB, and two thousand searches
+    #: Length of a code [characters]: 22 * 32^6 codes; on a collision the code is one character
+    #: longer.
+    length: int = 7
+    patience: float = 5.0  #: time to wait for another writing process [s]
+
+
+CODES = CodeOptions()
+
 #: Letters of codes, no two alike to the eye.  A code begins with a letter, so it is no number.
 LETTERS = "abcdefghjkmnpqrstvwxyz"
 DIGITS = "0123456789"
-#: Length of a code [characters]: 22 * 32^6 codes; on a collision the code is one character longer.
-LENGTH = 7
-#: Time to wait for another writing process [s].
-PATIENCE = 5.0
 #: Application id in the SQLite header of a file of answers ("mcan"), to refuse other databases.
 APPLICATION_ID = 0x6D63616E
 #: Columns of the only table of a file of answers, to recognise files older than the application id.
 _COLUMNS = ["number", "code", "record"]
 
 
-def code_of(text: str, length: int = LENGTH) -> str:
+def code_of(text: str, length: int = CODES.length) -> str:
     """Derive a code of some length from the digest of a record."""
     number = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     number, first = divmod(number, len(LETTERS))
@@ -48,7 +55,7 @@ def code_of(text: str, length: int = LENGTH) -> str:
 
 def is_code(text: str) -> bool:
     """Tell whether a text has the form of a code."""
-    return len(text) >= LENGTH and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
+    return len(text) >= CODES.length and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
 
 
 def keep(records: Sequence[str]) -> list[str]:
@@ -72,7 +79,7 @@ def keep(records: Sequence[str]) -> list[str]:
             codes.append(code)
         (held,) = file.execute("SELECT count(*) FROM answer").fetchone()
         oldest = "SELECT number FROM answer ORDER BY number LIMIT ?"
-        file.execute(f"DELETE FROM answer WHERE number IN ({oldest})", (max(held - KEPT, 0),))  # nosec B608  # ours
+        file.execute(f"DELETE FROM answer WHERE number IN ({oldest})", (max(held - CODES.kept, 0),))  # nosec B608  # ours
         file.execute("COMMIT")
     for code, text in zip(codes, records, strict=True):
         if shared is not None:
@@ -112,7 +119,7 @@ def _shared() -> SharedFolder | None:
 
 def _free_code(file: sqlite3.Connection, text: str, shared: SharedFolder | None) -> str:
     """Find the shortest code of a record that no other record has."""
-    length = LENGTH
+    length = CODES.length
     while True:
         code = code_of(text, length)
         held = file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
@@ -135,7 +142,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
             make_folder(path.parent)
             with suppress(FileExistsError):  # SQLite would create it readable by everybody
                 os.close(os.open(path.resolve(), os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
-        with closing(sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)) as file:
+        with closing(sqlite3.connect(path, timeout=CODES.patience, isolation_level=None)) as file:
             if not _is_of_answers(file):
                 raise InvalidRequest(
                     f"{path} is a database, but not one of answers: name another file with CATALOGUE_ANSWERS"

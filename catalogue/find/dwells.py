@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,29 +30,32 @@ from .names import check_names, eligible_series, option
 
 #: Constraints available for a dwell.
 GOVERNED = tuple(DwellArguments.__annotations__)
-#: Stored guides to trace per series and unit of effort.
-SHARE = 150
+
+
+class DwellSearch(NamedTuple):
+    """Budget and grids of the search for dwells."""
+
+    share: int = 150  #: stored guides to trace per series and unit of effort
+    rounds: int = 4  #: moves per step size
+    coarse: int = 120  #: positions per turn to try dyads: every 3 degrees
+    fine: int = 2880  #: positions per turn to measure the selected ones: every eighth of a degree
+    degrees: int = 360  #: points of the path over the turn for the size
+    block: int = 40  #: guides per block of trials: bounds the memory
+
+
+SEARCH = DwellSearch()
+
 #: Trial lengths of the rocker over that of the rod, about a factor of 1.4 apart.
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
 #: Trial directions from the joint to the pivot of the rocker, 10 degrees apart.
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
 #: Step sizes of the pattern search: of the pivot [rods], of the joint [rods x residual].
 STEPS = (0.2, 0.1, 0.05, 0.025)
-#: Moves per step size.
-ROUNDS = 4
 #: Moves of the pattern search: none, and to the eight neighbours.
 AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
-#: Positions per turn to try dyads: every 3 degrees.
-COARSE = 120
-#: Positions per turn to measure the selected ones: every eighth of a degree.
-FINE = 2880
-#: Points of the path over the turn for the size.
-DEGREES = 360
 #: Fractions of the request to try for advice on an empty result, by the number of requirements
 #: relaxed.
 SHARES = {1: (0.8, 0.5, 0.25), 2: (0.5,), 4: (0.5,)}
-#: Guides per block of trials: bounds the memory.
-BLOCK = 40
 
 
 def find_dwells(
@@ -115,7 +119,7 @@ def _found(database: Database, request: StandStill, constraints: Constraints, li
     rows = {name: values[order] for name, values in rows.items()}
     guides, driver = guides[order], driver[order]
     rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)
-    path, input_ = turned(guides, driver, FINE)
+    path, input_ = turned(guides, driver, SEARCH.fine)
     final = dwells(path, rows["joint"], pivots[:, None], request.residual)[:, 0]
     least = _transmission(final, input_, request)
     good = least >= max(constraints.min_transmission, 1e-9)
@@ -144,7 +148,7 @@ def _turning(
             select = select.where(Mechanism.family.not_in(SLIDING))
         if constraints.order:
             select = select.where(Guide.contact_order >= constraints.order)
-        parts.append(database.read(select.order_by(Reach.min_transmission.desc()).limit(SHARE * effort)))
+        parts.append(database.read(select.order_by(Reach.min_transmission.desc()).limit(SEARCH.share * effort)))
     parts = [p for p in parts if len(p["id"])]
     if not parts:
         return None
@@ -167,10 +171,15 @@ def _turning(
 
 def _blocks(guides: CouplerCurve, driver: Array, joint: Complexes) -> Iterator[tuple[slice, Complexes, Floats, Floats]]:
     """Yield blocks of guides: indices, coarse paths and transmission angles, rods."""
-    for start in range(0, len(guides), BLOCK):
-        part = slice(start, start + BLOCK)
-        path, input_ = turned(guides[part], driver[part], COARSE)
-        yield part, path, input_, np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint[part])
+    for start in range(0, len(guides), SEARCH.block):
+        part = slice(start, start + SEARCH.block)
+        path, input_ = turned(guides[part], driver[part], SEARCH.coarse)
+        yield (
+            part,
+            path,
+            input_,
+            np.abs(0.5 * (path[SEARCH.coarse // 2 - 1] + path[SEARCH.coarse // 2]) - joint[part]),
+        )
 
 
 def _transmission(found: Dwell, input_: Floats, request: StandStill) -> Floats:
@@ -212,7 +221,7 @@ def _moved(
     for part, path, input_, rod in _blocks(guides, driver, joint):
         at = np.arange(len(rod))
         each = np.repeat(at, len(AROUND))
-        for step in np.repeat(STEPS, ROUNDS):
+        for step in np.repeat(STEPS, SEARCH.rounds):
             joints = joint[part, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
             tried = pivots[part, None] + step * rod[:, None] * AROUND
             found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
@@ -224,7 +233,7 @@ def _moved(
 
 def diameter(pivots: Complexes, path: Complexes) -> float:
     """Compute the diameter of pivots, slides and path over a turn, all complex."""
-    every = np.concatenate([pivots, path[:: max(1, len(path) // DEGREES)]])
+    every = np.concatenate([pivots, path[:: max(1, len(path) // SEARCH.degrees)]])
     return float(np.abs(every[:, None] - every).max())
 
 

@@ -8,6 +8,8 @@ only; the results here are starts of the refinement, of no series.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..guidance.fixed_nominal import Nominal
@@ -15,23 +17,29 @@ from ..guidance.minimum_zone import grid
 from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.path import PathRequest
 
-#: Intervals of the Chebyshev stations along the path, an even number: the middle station is
-#: mid-stroke.
-INTERVALS = 16
-#: Grid points per side of the square searched for a missing pivot: a step of a tenth of a stroke or
-#: less resolves the minima of the circularity.
-SIDE = 61
+
+class GridSynthesis(NamedTuple):
+    """Search for the missing pivots on a grid."""
+
+    #: Intervals of the Chebyshev stations along the path, an even number: the middle station is
+    #: mid-stroke.
+    intervals: int = 16
+    #: Grid points per side of the square searched for a missing pivot: a step of a tenth of a
+    #: stroke or less resolves the minima of the circularity.
+    side: int = 61
+    #: Shortest crank, and shortest distance from a moving pivot to the point or the other one
+    #: [strokes].
+    shortest: float = 0.04
+    longest: float = 10.0  #: longest crank [strokes]
+    #: sine of the angle between crank and arm below which they are aligned: above rounding
+    in_line: float = 1e-12
+    starts: int = 40  #: most starts for each prescribed pair
+
+
+SYNTHESIS = GridSynthesis()
+
 #: Half the side of this square, by the prescribed pair [strokes].
 HALF = {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
-#: Shortest crank, and shortest distance from a moving pivot to the point or the other one
-#: [strokes].
-SHORTEST = 0.04
-#: Longest crank [strokes].
-LONGEST = 10.0
-#: Sine of the angle between crank and arm below which they are aligned: above rounding.
-IN_LINE = 1e-12
-#: Most starts for each prescribed pair.
-STARTS = 40
 
 
 def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
@@ -60,10 +68,10 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
     """Find the best linkages for one pair, each ((A1, A1*), (A2, A2*))."""
     from scipy.ndimage import minimum_filter
 
-    share = 0.5 * (1 + grid(INTERVALS).nodes)
+    share = 0.5 * (1 + grid(SYNTHESIS.intervals).nodes)
     path = nominal.at(share)[0]
     middle, stroke = path[len(path) // 2], nominal.stroke
-    ticks = stroke * np.linspace(-HALF[given], HALF[given], SIDE)
+    ticks = stroke * np.linspace(-HALF[given], HALF[given], SYNTHESIS.side)
     place = (middle + ticks[:, None] + 1j * ticks).ravel()
     one, two = (np.full(place.shape, pivot) for pivot in pair)
     with np.errstate(all="ignore"):
@@ -75,20 +83,20 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
             a, a_, b_ = (one, two, place) if given == "crank" else (place, one, two)
             b, off = circles(path[:, None] + turns(a, a_, path) * (b_ - middle))
         crank, apart = np.abs([a_ - a, b_ - b]), np.abs([b_ - a_, a_ - middle, b_ - middle])
-        good = (crank > SHORTEST * stroke).all(0) & (crank < LONGEST * stroke).all(0)
-        good &= (apart > SHORTEST * stroke).all(0) & np.isfinite(off)
+        good = (crank > SYNTHESIS.shortest * stroke).all(0) & (crank < SYNTHESIS.longest * stroke).all(0)
+        good &= (apart > SYNTHESIS.shortest * stroke).all(0) & np.isfinite(off)
     off = np.where(good, off, np.inf)
-    square = off.reshape(SIDE, SIDE)
+    square = off.reshape(SYNTHESIS.side, SYNTHESIS.side)
     least = square == minimum_filter(square, 3, mode="constant", cval=np.inf)  # no larger than any of those around
     order = np.argsort(off, kind="stable")
-    order = order[(least.ravel() & good)[order]][:STARTS]
+    order = order[(least.ravel() & good)[order]][: SYNTHESIS.starts]
     return np.asarray(np.stack([a, a_, b, b_], axis=-1)[order].reshape(-1, 2, 2))
 
 
 def reaches(crank: tuple[tuple[float, float], ...], request: PathRequest) -> bool:
     """Tell whether a crank with its arm reaches the whole path of a request."""
     assert request.radius is not None
-    path = Nominal(request.stroke, request.radius).at(0.5 * (1 + grid(INTERVALS).nodes))[0]
+    path = Nominal(request.stroke, request.radius).at(0.5 * (1 + grid(SYNTHESIS.intervals).nodes))[0]
     fixed, moving = (np.array([complex(*place)]) for place in crank)
     with np.errstate(all="ignore"):
         return bool(np.isfinite(turns(fixed, moving, path)).all())
@@ -112,7 +120,7 @@ def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Com
     span = path[:, None] - fixed
     along = 0.5 * (np.abs(span) + (np.abs(crank) ** 2 - np.abs(arm) ** 2) / np.abs(span))
     side = (crank * (middle - fixed).conj()).imag
-    side = np.where(np.abs(side) <= IN_LINE * np.abs(crank) * np.abs(middle - fixed), 0.0, np.sign(side))
+    side = np.where(np.abs(side) <= SYNTHESIS.in_line * np.abs(crank) * np.abs(middle - fixed), 0.0, np.sign(side))
     across = np.sqrt(np.abs(crank) ** 2 - along**2) * np.where(side == 0, np.nan, side)
     at = fixed + span / np.abs(span) * (along + 1j * across)
     return np.asarray((at - path[:, None]) / arm)

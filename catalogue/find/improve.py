@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
@@ -36,24 +36,29 @@ from .starts import laid_guides
 if TYPE_CHECKING:
     from ..api import Catalogue
 
-#: Rounds of refinement per unit of effort.
-ROUNDS = 20
-#: Starts from the catalogue, adapted to the held lengths, per unit of effort.
-STARTS = 24
-#: Randomly displaced copies of each stretch that are refined too, each in all mirror images.
-COPIES = 6
-#: Standard deviation of these displacements [strokes].
-SCATTER = 0.1
+
+class ImproveBudget(NamedTuple):
+    """Budget of an improvement, and its tolerances."""
+
+    rounds: int = 20  #: rounds of refinement per unit of effort
+    starts: int = 24  #: starts from the catalogue, adapted to the held lengths, per unit of effort
+    #: randomly displaced copies of each stretch that are refined too, each in all mirror images
+    copies: int = 6
+    scatter: float = 0.1  #: standard deviation of these displacements [strokes]
+    largest: float = 10.0  #: default maximum size over that of the guide, or over the stroke
+    #: Displacement of a fixed pivot up to which it has not moved [strokes]: above rounding.
+    same: float = 1e-9
+    #: Sine of the angle between two links below which they cannot tell a linkage from its mirror
+    #: image.
+    parallel: float = 1e-9
+
+
+IMPROVE = ImproveBudget()
+
 #: Signs of a displacement along and across the path in its four mirror images.
 MIRRORED = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
-#: Default maximum size over that of the guide, or over the stroke.
-LARGEST = 10.0
 #: Value of the column series for a given linkage.
 OWN = "own"
-#: Displacement of a fixed pivot below which it has not moved [strokes]: above rounding.
-SAME = 1e-9
-#: Sine of the angle between two links below which they cannot tell a linkage from its mirror image.
-PARALLEL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,7 +176,7 @@ def improve(
     if not isinstance(rank_by, str | Mapping):
         raise InvalidRequest(f"improve ranks by a name, or by names with weights, not {quoted(rank_by)}")
     if constraints.get("max_size") is None:
-        constraints["max_size"] = LARGEST * max(float(guide.linkage.size[0]), request.extent)
+        constraints["max_size"] = IMPROVE.largest * max(float(guide.linkage.size[0]), request.extent)
     wanted = Constraints.of(constraints)
     if wanted.given:
         raise InvalidRequest("to improve a linkage hold its own pivots, by `hold`; given pivots belong to `find`")
@@ -277,7 +282,7 @@ class ImprovementTask:
             lengths.append((guide.radius or np.inf, self.request.radius or guide.radius or np.nan))
             if self.request.is_wide or guide.is_wide:
                 lengths.append((guide.arc_angle or 0.0, self.request.angle or np.nan))
-        return all(abs(one - other) <= SAME * other for one, other in lengths)
+        return all(abs(one - other) <= IMPROVE.same * other for one, other in lengths)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes) -> CandidateBatch:
         """Measure guides along the path, over exactly the stroke or in place."""
@@ -292,8 +297,8 @@ class ImprovementTask:
 
         So a guide that is turned, mirrored or run backwards has the same copies.
         """
-        random, count = np.random.default_rng(20), COPIES * self.problem.effort
-        moves = SCATTER * random.normal(size=(count, 1, 2, 2, 2)) * MIRRORED[:, None, None]
+        random, count = np.random.default_rng(20), IMPROVE.copies * self.problem.effort
+        moves = IMPROVE.scatter * random.normal(size=(count, 1, 2, 2, 2)) * MIRRORED[:, None, None]
         by = np.concatenate([np.zeros((1, 2, 2, 2)), moves.reshape(-1, 2, 2, 2)])
         each, by = np.repeat(np.arange(len(start)), len(by)), np.tile(by, (len(start), 1, 1, 1))
         pivots = start.linkage.pivots[each].copy()
@@ -321,7 +326,7 @@ class ImprovementTask:
         if not len(start):
             return None
         inside = problem.tightened()
-        done = Refinement.of(inside, start, self.held, self.nominal).run(ROUNDS * problem.effort)
+        done = Refinement.of(inside, start, self.held, self.nominal).run(IMPROVE.rounds * problem.effort)
         order = np.argsort(done.best_cost, kind="stable")
         found = self.final(self.closed(done.best[order[np.isfinite(done.best_cost[order])]]))
         good = np.flatnonzero(feasibility(problem, found).all)
@@ -348,7 +353,7 @@ class ImprovementTask:
         one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
         pivots = [[[*pivot] for pivot in dyad] for dyad in one.pivots]
         for k in (0, 1):  # held coordinates are exact to the last digit
-            if np.abs(np.subtract(pivots[k][0], goal.pivots[0, k, 0])).max() < SAME * problem.stroke:
+            if np.abs(np.subtract(pivots[k][0], goal.pivots[0, k, 0])).max() < IMPROVE.same * problem.stroke:
                 pivots[k][0] = goal.pivots[0, k, 0].tolist()
         return replace(one, pivots=pivots)
 
@@ -368,7 +373,7 @@ class ImprovementTask:
             found = catalogue.find(self.request, limit=1, **how, **constraints)
             return found[0] if len(found) else None
         asked = {**constraints, "families": [str(self.guide.linkage.family[0])]}
-        found = catalogue.find(self.request, limit=STARTS, per_series=0, **how, **asked)
+        found = catalogue.find(self.request, limit=IMPROVE.starts, per_series=0, **how, **asked)
         if not len(found) or self.nominal is not None:
             return None
         best = self.refined(laid_guides(self.problem, found, OWN))
@@ -380,7 +385,7 @@ def _is_left_handed(guide: PlacedGuide) -> bool:
     one, other = guide.linkage.rays[0]
     to_point = complex(*guide.guided) - guide.linkage.points[0, 0, 1]
     sines = (other / one).imag, (to_point / one).imag / float(guide.linkage.size[0])
-    return next((bool(sine < 0) for sine in sines if abs(sine) > PARALLEL), False)
+    return next((bool(sine < 0) for sine in sines if abs(sine) > IMPROVE.parallel), False)
 
 
 def _mirrored(guide: PlacedGuide) -> PlacedGuide:

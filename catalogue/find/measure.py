@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -38,27 +38,32 @@ from .results import Frames, Results, listed, measured_columns
 if TYPE_CHECKING:
     from ..series.series import Series
 
-#: Positions of a stroke to follow the driving crank: it turns by less than a half turn between two.
-TURNS = 65
-#: Positions of a stroke to classify.
-INSTANTS = 9
-#: Most corrections of a stretch to the requested stroke on the finer grid.
-CORRECTIONS = 8
-#: Relative error of stroke or deviation at which corrections stop.
-CLOSE = 1e-9
-#: Suggested instead: this part of the longest stroke; the least deviation over this.
-SURELY = 0.98
-#: Relative shortening of a stroke per relative excess of its deviation: half of it, as a deviation
-#: grows at least with the square of the stroke.
-SHORTER = 0.5
-#: Deviation over tolerance up to which a stretch is shortened; beyond it another stretch is sought.
-LITTLE = 1.02
-#: Permitted relative error of a requested stroke.
-MISSED = 1e-6
+
+class MeasureOptions(NamedTuple):
+    """Positions of a stroke, and corrections of stretches."""
+
+    #: Positions to follow the driving crank: it turns by less than a half turn between two.
+    turns: int = 65
+    instants: int = 9  #: positions to classify
+    corrections: int = 8  #: most corrections of a stretch to the requested stroke on the finer grid
+    close: float = 1e-9  #: relative error of stroke or deviation at which corrections stop
+    #: Factor of the suggested stroke over the longest; of the least deviation over the suggested
+    #: one.
+    surely: float = 0.98
+    #: Relative shortening of a stroke per relative excess of its deviation: half of it, as a
+    #: deviation grows at least with the square of the stroke.
+    shorter: float = 0.5
+    #: Deviation over tolerance up to which a stretch is shortened; beyond it another stretch is
+    #: sought.
+    little: float = 1.02
+    missed: float = 1e-6  #: permitted relative error of a requested stroke
+    more: int = 4  #: stretches per circuit in the search for another one
+
+
+MEASURE = MeasureOptions()
+
 #: Fractions of the tolerance for another search where the finer grid finds a larger deviation.
 STRICTER = (0.995, 0.97)
-#: Stretches per circuit in that search.
-MORE = 4
 
 
 @dataclass(frozen=True, repr=False)
@@ -282,14 +287,14 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
     for share in (1.0, *STRICTER) if asked.wide is None else ():
         sought = seek(some, more, share)
         part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius, within)
-        over = part.deviation > within * (1 + CLOSE)
+        over = part.deviation > within * (1 + MEASURE.close)
         parts.append(part[np.flatnonzero(np.isfinite(part.deviation) & ~over)])
         seen = np.concatenate([found.of[one.circuit] for one in parts])
         missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(found.of, seen)))
         # the best stretch cannot be measured, or is worse on the finer grid: try more, within a
         # stricter tolerance
-        some = np.union1d(missed if length is None or more < MORE else missed[:0], part.circuit[over])
-        more = max(asked.limit, MORE)
+        some = np.union1d(missed if length is None or more < MEASURE.more else missed[:0], part.circuit[over])
+        more = max(asked.limit, MEASURE.more)
         if not len(some):
             break
     best = join(*(one.stretches for one in parts))
@@ -331,7 +336,7 @@ def _distinct(rows: list[ChainStretch]) -> list[ChainStretch]:
     kept = list[ChainStretch]()
     for one in rows:
         at = complex(*one.start)
-        if all(abs(at - complex(*other.start)) > MISSED * one.size for other in kept):
+        if all(abs(at - complex(*other.start)) > MEASURE.missed * one.size for other in kept):
             kept.append(one)
     return kept
 
@@ -374,10 +379,10 @@ def _reasons(found: Carriers, point: Complexes, missing: Indices, asked: Sought)
     np.logical_or.at(immobile, of, found.is_immobile)
     if asked.wide is None and asked.stroke is None:
         at = straightest(found, point, shortest[of], circle=curved, radius=radius)
-        np.fmin.at(allowed, of[at.circuit], at.deviation / SURELY)
+        np.fmin.at(allowed, of[at.circuit], at.deviation / MEASURE.surely)
     elif asked.wide is None:
         at = longest(found, point, np.full(len(some), np.inf), circle=curved, radius=radius)
-        np.fmax.at(most, of[at.circuit], SURELY * at.stroke)
+        np.fmax.at(most, of[at.circuit], MEASURE.surely * at.stroke)
 
     def reason(i: int) -> str:
         if immobile[i]:
@@ -393,7 +398,7 @@ def _reasons(found: Carriers, point: Complexes, missing: Indices, asked: Sought)
             return f"none longer than {shortest[i]:.3g} keeps within {asked.allowed:g}: {better}"
         if asked.stroke < shortest[i]:
             return f"a stroke of {asked.stroke:g} is too short to be looked for: ask for {shortest[i]:.3g} or more"
-        better = f"ask for {most[i]:.3g} or less" if most[i] > SURELY * shortest[i] else another
+        better = f"ask for {most[i]:.3g} or less" if most[i] > MEASURE.surely * shortest[i] else another
         return f"on no circuit does its point run forward over a stroke of {asked.stroke:g}: {better}"
 
     return {int(number) + 1: reason(i) for i, number in enumerate(missing)}
@@ -422,15 +427,20 @@ class Laid(Columns):
         some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
         forward = followed(some, z)[1] > 0  # a mirror image is extended at the image of the same end
         fit = fitted(some, z, low, high, circle=curved, radius=radius)
-        for _ in range(CORRECTIONS):
+        for _ in range(MEASURE.corrections):
             with np.errstate(all="ignore"):
                 over, length = fit.deviation / allowed, fit.stroke
                 missing = at.stroke - length
                 if np.isfinite(allowed):
                     missing = (
-                        np.where((over > 1 + CLOSE) & (over < LITTLE), -SHORTER * (over - 1) - CLOSE, 0.0) * length
+                        np.where(
+                            (over > 1 + MEASURE.close) & (over < MEASURE.little),
+                            -MEASURE.shorter * (over - 1) - MEASURE.close,
+                            0.0,
+                        )
+                        * length
                     )
-                where = np.flatnonzero(np.abs(missing) > 0.5 * CLOSE * length)
+                where = np.flatnonzero(np.abs(missing) > 0.5 * MEASURE.close * length)
             # where a path turns by the permitted maximum at one end, extend it at the other one
             for at_end in (forward, ~forward):
                 if not len(where):
@@ -442,7 +452,7 @@ class Laid(Columns):
                 low[where[~lost]], high[where[~lost]] = (end[~lost] for end in ends)
                 fit, where = fit.replaced(where[~lost], new[np.flatnonzero(~lost)]), where[lost]
         if not np.isfinite(allowed):  # at the end of an open circuit the stroke may be out of reach
-            lost = ~(np.abs(at.stroke - fit.stroke) <= MISSED * at.stroke)
+            lost = ~(np.abs(at.stroke - fit.stroke) <= MEASURE.missed * at.stroke)
             fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
         return cls(at.circuit, low, high, *laid(*on_path(some, z, low, high, fit)), frames)
@@ -571,8 +581,8 @@ def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) 
     The angle at the end is counted from the start, so its difference gives the sense of rotation.
     """
     n, number = len(curve), np.nan_to_num(driver).astype(int)
-    steps = traced.parameters(np.linspace(-1, 1, TURNS)).astype(float)
-    z = curve.motion.pose(steps).linkages(curve.linkage).points.reshape(TURNS, n, 2, 2)
+    steps = traced.parameters(np.linspace(-1, 1, MEASURE.turns)).astype(float)
+    z = curve.motion.pose(steps).linkages(curve.linkage).points.reshape(MEASURE.turns, n, 2, 2)
     z = z[:, np.arange(n), np.maximum(number - 1, 0)]
     turned = np.degrees(np.unwrap(np.angle((z[..., 1] - z[..., 0]) * frames.direction), axis=0))
     turned = np.where(number > 0, turned, np.nan)
@@ -584,7 +594,7 @@ def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tup
     n = len(at.circuit)
     if series is None:
         return np.full(n, None, object), np.full(n, np.nan)
-    t = at.traced.parameters(grid(INSTANTS - 1).nodes)
+    t = at.traced.parameters(grid(MEASURE.instants - 1).nodes)
     told = classify(at.curve.motion.pose(t).linkages(at.curve.linkage), series())
     narrow = [k for k, one in enumerate(told.tested) if one.degenerate]
     residual = told.residual[:, narrow].reshape(len(t), n, -1)

@@ -9,7 +9,7 @@ request (score, allowance, gap) or on the origin are protected by the code; see 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,14 +32,18 @@ from .results import Frames, measured_columns
 
 Numbers = Mapping[str, Any]
 
-#: Relative difference permitted between record and measurement: the search uses another grid.
-PART = 2e-3
-#: Absolute difference permitted of lengths near zero [strokes].
-OF_STROKE = 1e-11
-#: Absolute difference permitted of lengths near zero [largest coordinate].
-OF_PLACES = 1e-14
-#: Absolute difference permitted of other numbers near zero.
-OF_OTHERS = 1e-6
+
+class Agreement(NamedTuple):
+    """Permitted differences between a record and its measurement."""
+
+    relative: float = 2e-3  #: relative difference: the search uses another grid
+    strokes: float = 1e-11  #: of lengths near zero [strokes]
+    places: float = 1e-14  #: of lengths near zero [largest coordinate]
+    others: float = 1e-6  #: of other numbers near zero
+
+
+AGREEMENT = Agreement()
+
 #: Angles from the x axis, equal modulo a full turn.
 DIRECTIONS = ("along", "drive_from", "drive_to")
 
@@ -71,7 +75,7 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     told = vars(one)
     stroke, deviation = told.get("stroke", 1.0), told.get("deviation", 0.0)
     far = max(np.abs(np.ravel(told[name])).max() for name in ("pivots", "guided", "start", "joint") if name in told)
-    close = OF_STROKE * stroke + OF_PLACES * float(far)
+    close = AGREEMENT.strokes * stroke + AGREEMENT.places * float(far)
     for name, value in found.items():
         said = told[name]
         if said is None:
@@ -83,10 +87,10 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
         elif name in DIRECTIONS:
             off, wide = (said - value + 180) % 360 - 180, np.degrees(2 * deviation / stroke)
             own = isinstance(one, Stretch) and name == "along"  # measured in place, so the direction is exact
-            good = abs(off) <= (OF_OTHERS + PART * wide if own else PART + wide)
+            good = abs(off) <= (AGREEMENT.others + AGREEMENT.relative * wide if own else AGREEMENT.relative + wide)
         else:
-            least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else OF_OTHERS
-            good = abs(said - value) <= least + PART * abs(value)
+            least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else AGREEMENT.others
+            good = abs(said - value) <= least + AGREEMENT.relative * abs(value)
         if not good:
             again = "cannot be measured again" if value != value else f"measured again {quoted(value)}"
             return f"its {name.replace('_', ' ')} is {quoted(said)}, {again}"
@@ -151,12 +155,12 @@ def _of_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
 
 def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
     """Yield measurements of a dwell, at the recorded length and residual."""
-    from .dwells import FINE, diameter
+    from .dwells import SEARCH, diameter
 
     linkage = one.linkage
     point, joint, pivot = (np.array([complex(*place)]) for place in (one.guided, one.joint, one.pivot))
     curve = coupler_curve(linkage, point)
-    path, driving = turned(curve, np.array([one.driver]), FINE)
+    path, driving = turned(curve, np.array([one.driver]), SEARCH.fine)
     found = dwells(path, joint, pivot[:, None], 1.0)
     told, begin = {}, None
     if one.drive_from is not None and one.drive_to is not None:

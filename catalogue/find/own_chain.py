@@ -27,7 +27,7 @@ from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
-from .run import PART, ROUNDED
+from .run import RUN
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -231,7 +231,7 @@ class OwnChain:
         low, _, high = self.drawn
         samples, size = self.samples(low, high), float(self.chain.size[0])
         deviation = getattr(self, "deviation", np.inf)
-        error = max(PART * deviation, ROUNDED * size) / float(samples.scale[0])
+        error = max(RUN.part * deviation, RUN.rounded * size) / float(samples.scale[0])
         return place_points(samples, 0, min(SPLINE.error, error))
 
     def motion(

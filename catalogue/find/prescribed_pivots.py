@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -37,13 +38,29 @@ from .grid_synthesis import completed
 #: Design positions along the path for prescribed fixed pivots [strokes]: every fiftieth, without
 #: the ends.
 PLACES = np.linspace(0.04, 0.96, 47)
-#: Pairs of pivots sampled within their tolerance, per unit of effort.
-PAIRS = 24
-#: Guides to refine per unit of effort.
-REFINED = 60
-#: Rounds of refinement for the deviation, and again for the ranking: starts may be far from an
-#: optimum.
-ROUNDS = 12
+
+
+class PrescribedPivots(NamedTuple):
+    """Budget and tolerances of the synthesis for prescribed pivots."""
+
+    pairs: int = 24  #: pairs of pivots sampled within their tolerance, per unit of effort
+    refined: int = 60  #: guides to refine per unit of effort
+    #: Rounds of refinement for the deviation, and again for the ranking: starts may be far from an
+    #: optimum.
+    rounds: int = 12
+    #: Largest distance of a pivot from the middle of the path [strokes]: its rounding moves the
+    #: path by 1e-12.
+    farthest: float = 1e4
+    #: largest distance of a pivot over the stroke and the distance of the prescribed pivots
+    farther: float = 100.0
+    rounded: float = 1e-7  #: relative size of a term of the path below which it is rounding
+    #: largest error of a closed-form solution: of its circle [radii], of its tangent [rad]
+    astray: float = 1e-4
+    same: float = 1e-3  #: difference of pivots and points up to which two designs are one [strokes]
+
+
+LIMITS = PrescribedPivots()
+
 #: Held coordinates of A1, A1*, A2, A2* and the point, which at mid-stroke may move across the path
 #: only.
 HELD = {
@@ -51,17 +68,6 @@ HELD = {
     "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
     "crank": np.array([1, 1, 1, 1, 0, 0, 0, 0, 1, 0], bool),
 }
-#: Largest distance of a pivot from the middle of the path [strokes]: its rounding moves the path by
-#: 1e-12.
-FARTHEST = 1e4
-#: Largest distance of a pivot over the stroke and the distance of the prescribed pivots.
-FARTHER = 100.0
-#: Relative size of a term of the path below which it is rounding.
-ROUNDED = 1e-7
-#: Largest error of a closed-form solution: of its circle [radii], of its tangent [rad].
-ASTRAY = 1e-4
-#: Difference of pivots and points below which two designs are one [strokes].
-SAME = 1e-3
 
 
 @dataclass(frozen=True)
@@ -100,7 +106,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
         order = np.argsort(deviation, kind="stable")[: int(np.isfinite(deviation).sum())]
         report.measured = len(order)
-        order = _seeds(built, order, REFINED * problem.effort)
+        order = _seeds(built, order, LIMITS.refined * problem.effort)
     if not len(order):
         return None
     with report.timed("refine"):
@@ -120,17 +126,17 @@ def posed(problem: Problem) -> Posed:
     wanted = problem.constraints
     kind, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
     assert kind is not None
-    far = np.abs(pivots - 0.5) > FARTHEST
+    far = np.abs(pivots - 0.5) > LIMITS.farthest
     if far.any():
         z = pivots[int(far.argmax())] * problem.scale + problem.shift
         raise InvalidRequest(
-            f"the pivot ({z.real:g}, {z.imag:g}) is more than {FARTHEST:g} strokes from the path, where its rounding "
-            "decides: move it nearer, or ask for a slider"
+            f"the pivot ({z.real:g}, {z.imag:g}) is more than {LIMITS.farthest:g} strokes from the path, where its "
+            "rounding decides: move it nearer, or ask for a slider"
         )
     places = PLACES if kind == "fixed" else np.array([0.5])
     pairs = pivots[None]
     if wanted.within:
-        drawn = np.random.default_rng(0).random((PAIRS * problem.effort, 4))
+        drawn = np.random.default_rng(0).random((LIMITS.pairs * problem.effort, 4))
         off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
         pairs = np.concatenate([pairs, pivots + wanted.within * off])
     nominal = _nominal(problem)
@@ -174,11 +180,11 @@ def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
     """Tell which linkages guide the point to third order; others are rounding."""
     point, centre, across = problems.point[of], problems.centre[of], problems.axis[of]
     circle = problems.path == "circle"
-    law = leading_error(linkage, point, circle=circle, tolerance=ROUNDED)
+    law = leading_error(linkage, point, circle=circle, tolerance=LIMITS.rounded)
     with np.errstate(all="ignore"):
         about = np.abs(point + law.normal / law.curvature - centre) / np.abs(point - centre)
         astray = about if circle else np.abs((law.normal * across.conj()).imag)
-    return np.asarray((law.order >= 3) & (astray < ASTRAY))
+    return np.asarray((law.order >= 3) & (astray < LIMITS.astray))
 
 
 def _completed(problems: Posed, nominal: Nominal) -> Built:
@@ -195,7 +201,7 @@ def _near(linkage: Linkage, constraints: Constraints) -> Mask:
     """Tell which linkages have all pivots at distances like those prescribed, shape (n,)."""
     given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
-    return np.asarray((off <= min(FARTHER * max(given, 1.0), FARTHEST)).all(axis=(1, 2)))
+    return np.asarray((off <= min(LIMITS.farther * max(given, 1.0), LIMITS.farthest)).all(axis=(1, 2)))
 
 
 def _seeds(built: Built, order: Indices, count: int) -> Indices:
@@ -212,14 +218,14 @@ def distinct(built: Built | CandidateBatch, count: int) -> Indices:
     for i in range(len(z)):
         if len(kept) == count:
             break
-        if not kept or np.abs(z[kept] - z[i]).max(1).min() > SAME:
+        if not kept or np.abs(z[kept] - z[i]).max(1).min() > LIMITS.same:
             kept.append(i)
     return np.array(kept, dtype=int)
 
 
 def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
     """Refine guides at mid-stroke: first for the deviation, then for the ranking."""
-    law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=ROUNDED)
+    law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=LIMITS.rounded)
     n = len(law.order)
     configuration = Instant(ancestors.linkage).configuration.astype(object)
     origin = Origin(
@@ -234,8 +240,8 @@ def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: Searc
     start = near_path(problem, origin, coupler_curve(ancestors.linkage, ancestors.point), nominal)
     moves = PivotCoordinates(HELD[problem.constraints.given])
     straight = replace(problem, relaxed="deviation")
-    first = Refinement.of(straight, start, moves, nominal).run(ROUNDS)
-    second = Refinement.of(problem, first.best, moves, nominal).run(ROUNDS)
+    first = Refinement.of(straight, start, moves, nominal).run(LIMITS.rounds)
+    second = Refinement.of(problem, first.best, moves, nominal).run(LIMITS.rounds)
     report.refined = first.evaluated + second.evaluated
     found = second.best
     guides = coupler_curve(found.linkage, found.point)

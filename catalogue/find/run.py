@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,14 +20,17 @@ from .guide_motion import GuideMotion
 if TYPE_CHECKING:
     from .placed import PlacedGuide
 
-#: Smallest extent of a path for relative errors [size of the linkage].
-LEAST = 1e-3
-#: Distance up to which a path to infinity is drawn [size of the linkage].
-NEAR = 3.0
-#: Error of a spline over the deviation: below the printed digits.
-PART = 1e-3
-#: Smallest error of a spline, by rounding [size of the linkage].
-ROUNDED = 1e-12
+
+class RunOptions(NamedTuple):
+    """Errors of the path of a mechanism of many bars."""
+
+    least: float = 1e-3  #: smallest extent of a path for relative errors [size of the linkage]
+    near: float = 3.0  #: distance up to which a path to infinity is drawn [size of the linkage]
+    part: float = 1e-3  #: error of a spline over the deviation: below the printed digits
+    rounded: float = 1e-12  #: smallest error of a spline, by rounding [size of the linkage]
+
+
+RUN = RunOptions()
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +75,7 @@ class Run:
         extents = 1 + len(self.points) + int((self._kinds != RR).sum()) + self._has_output
         count = self._values(np.array([self.low])).shape[1]
         scale = np.where(np.arange(count) < extents, np.nan, 1.0)
-        return resolved(self._values, self.low, self.high, scale, LEAST * float(self.circuit.linkage.size[0]))
+        return resolved(self._values, self.low, self.high, scale, RUN.least * float(self.circuit.linkage.size[0]))
 
     def rows(self, count: int) -> Floats:
         """Return the phases of `count` rows; see `Samples.rows`."""
@@ -88,11 +91,11 @@ class Run:
     def spline(self) -> tuple[Floats, Floats]:
         """Place the points of a spline along the guided point; see `splines.place_points`.
 
-        Along an answer its error is at most `PART` of the deviation.
+        Along an answer its error is at most `RUN.part` of the deviation.
         """
         scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
         deviation = getattr(self.guide, "deviation", np.inf)
-        return place_points(self.samples, 0, min(SPLINE.error, max(PART * deviation, ROUNDED * size) / scale))
+        return place_points(self.samples, 0, min(SPLINE.error, max(RUN.part * deviation, RUN.rounded * size) / scale))
 
     def path(self, phases: Floats) -> Complexes:
         """Compute the guided point at phases (m,)."""
@@ -128,13 +131,13 @@ class Run:
         return float(self.samples.at[min(int(beyond.argmax()) + 1, len(ahead) - 1)])
 
     def near(self) -> Run:
-        """Return the part of an open run within `NEAR` sizes of the given position."""
+        """Return the part of an open run within `RUN.near` sizes of the given position."""
         if self.circuit.kind[0] != OPEN:
             return self
         home, z = complex(*self.guide.guided), self.samples.values[:, 0]
         away = np.abs(z - home)
         middle = int(np.nanargmin(away))
-        far = np.flatnonzero(~(away <= max(NEAR * float(self.circuit.linkage.size[0]), float(away[middle]))))
+        far = np.flatnonzero(~(away <= max(RUN.near * float(self.circuit.linkage.size[0]), float(away[middle]))))
         first, last = int(far[far < middle].max(initial=-1)) + 1, int(far[far > middle].min(initial=len(z))) - 1
         return replace(self, low=float(self.samples.at[first]), high=float(self.samples.at[last]))
 

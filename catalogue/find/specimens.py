@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import ColumnElement, Float, and_, case, func, or_, select, true
@@ -30,17 +30,20 @@ from ..units import converted, factor, unit_or_none
 from .own_chain import ChainStretch, OwnChain
 from .results import Found, Results
 
-#: Specimens to verify at once.
-BATCH = 32
-#: Most batches to verify.
-BATCHES = 32
-#: Deviation from a given circle per error of stroke over radius of the best circle [strokes]: about
-#: 1/16 with free ends; smaller, so that no answer is filtered out before it is measured.
-PER_SWEEP = 1 / 40
-#: Relative difference of two radii within rounding.
-SAME_RADIUS = 1e-9
-#: Relative difference permitted between stored and measured deviation.
-SLACK = 1e-3
+
+class Verification(NamedTuple):
+    """How stored specimens are verified for a request."""
+
+    batch: int = 32  #: specimens at once
+    batches: int = 32  #: most batches
+    #: Deviation from a given circle per error of stroke over radius of the best circle [strokes]:
+    #: about 1/16 with free ends; smaller, so that no answer is filtered out before it is measured.
+    per_sweep: float = 1 / 40
+    same_radius: float = 1e-9  #: relative difference of two radii within rounding
+    slack: float = 1e-3  #: relative difference permitted between stored and measured deviation
+
+
+VERIFY = Verification()
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +201,9 @@ def check(one: CollectionCandidate) -> None:
     told, numbers = ({"deviation": c.deviation, **c.metrics} for c in (one, again))
     tags, known = ((c.family, c.series, c.configuration, c.special) for c in (one, again))
     wrong = [
-        k for k, v in numbers.items() if not abs(a_number(k, told.get(k)) - v) <= 2 * SLACK * abs(v) + 1e-9 * stroke
+        k
+        for k, v in numbers.items()
+        if not abs(a_number(k, told.get(k)) - v) <= 2 * VERIFY.slack * abs(v) + 1e-9 * stroke
     ]
     if found.reason or tags != known or told.keys() != numbers.keys() or wrong:
         what = f"its {wrong[0]} is {told[wrong[0]]:g}, measured again {numbers[wrong[0]]:g}" if wrong else found.reason
@@ -261,7 +266,7 @@ def _tests(
 ) -> dict[str, ColumnElement[bool]]:
     """Return the conditions on stored specimens by name."""
     tests: dict[str, ColumnElement[bool]] = {
-        f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + SLACK)
+        f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + VERIFY.slack)
     }
     tests |= {what: getattr(Row, what).in_(allowed[what]) for what in ("family", "series") if allowed[what]}
     if patterns := [pattern for name in allowed["special"] for pattern in collection.special[name]]:
@@ -269,11 +274,11 @@ def _tests(
             *(Row.configuration.op("GLOB")(pattern) for pattern in patterns)
         )
     if request.sweep is not None and "sweep" in collection.metrics:
-        reach = request.relative / PER_SWEEP
+        reach = request.relative / VERIFY.per_sweep
         tests[f"radius {request.radius:g}"] = _stored("sweep").between(request.sweep - reach, request.sweep + reach)
     for b in given:
         low, high = b.low / b.scale, b.high / b.scale
-        slack = SLACK * max(abs(v) for v in (low, high) if abs(v) < float("inf")) if str(b) else 0.0
+        slack = VERIFY.slack * max(abs(v) for v in (low, high) if abs(v) < float("inf")) if str(b) else 0.0
         tests[str(b)] = _stored(b.name).between(max(low - slack, -1e300), min(high + slack, 1e300))
     return tests
 
@@ -315,11 +320,11 @@ class _Search:
             select(Row.id, Row.parameters)
             .where(self.held, *self.tests.values())
             .order_by(order, Row.deviation, Row.family, Row.block, Row.id)
-            .limit(BATCH)
+            .limit(VERIFY.batch)
         )
         found = 0
-        for part in count() if self.special else range(BATCHES):
-            rows = self.database.read(ranked.offset(BATCH * part))
+        for part in count() if self.special else range(VERIFY.batches):
+            rows = self.database.read(ranked.offset(VERIFY.batch * part))
             stored = [*self.database.objects(rows["parameters"])]
             wanted = [i for i, one in enumerate(stored) if self.is_special(one)]
             measured = self.measured([stored[i] for i in wanted])
@@ -421,7 +426,7 @@ class _Search:
         wanted = self.request.radius
         if self.request.kind == "line" or wanted is None:
             return True
-        return radius is not None and abs(radius - wanted) <= SAME_RADIUS * wanted
+        return radius is not None and abs(radius - wanted) <= VERIFY.same_radius * wanted
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Build the answer from a measured specimen."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import func, select
@@ -31,12 +31,17 @@ from .results import candidates
 if TYPE_CHECKING:
     from ..api import Catalogue
 
-#: Deviation below which a guide is exact [strokes]: rounding.
-ROUNDING_DEVIATION = 1e-14
-#: Relative difference permitted between measured and stored numbers: the grids differ.
-AGREE = 0.05
-#: Absolute difference permitted between measured and stored lengths [strokes].
-ROUNDING = 1e-11
+
+class StoredAgreement(NamedTuple):
+    """Permitted differences between stored and measured numbers."""
+
+    exact: float = 1e-14  #: deviation up to which a guide is exact [strokes]: rounding
+    agree: float = 0.05  #: relative difference: the grids differ
+    rounding: float = 1e-11  #: absolute difference of lengths [strokes]
+
+
+STORED = StoredAgreement()
+
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
 
@@ -116,7 +121,9 @@ class StoredGuide:
         def placed(problem: Problem) -> CandidateBatch:
             found = as_stored(problem, row)
             for name, value in (("deviation", found.deviation), ("size", found.measures.size)):
-                if not (np.abs(value - row[name]) <= ROUNDING + AGREE * np.maximum(value, row[name])).all():
+                if not (
+                    np.abs(value - row[name]) <= STORED.rounding + STORED.agree * np.maximum(value, row[name])
+                ).all():
                     raise DatabaseError(
                         f"guide {self.id} measured again has another {name} than is stored: ask for another one, or, "
                         "if the file was changed, build it anew"
@@ -215,7 +222,7 @@ def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | No
     It is as it was stored, or made to measure: nothing is refined, which takes seconds.  An exact
     design is compared with nothing.
     """
-    if published.deviation <= ROUNDING_DEVIATION * published.stroke:
+    if published.deviation <= STORED.exact * published.stroke:
         return None
     size = published.size * (1 + 1e-9)
     found = catalogue.find(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,16 +22,18 @@ from .cover import cells_of, designs, order
 from .elements import elements_worth_tracing
 from .rows import Columns, guide_columns, mechanism_columns, together
 
-#: How long a block may take, which takes a second or two [s].
-LIMIT = 120.0
-#: Most guides that a block gives.
-MOST = 256
-#: Traced candidates per requested guide: some hold no level.
-LOSS = 1.15
-#: Traced candidates in addition.
-SPARE = 8
-#: So many are tried of a configuration and kind that would else be empty.
-RESCUED = 8
+
+class BlockOptions(NamedTuple):
+    """Guides of a block, the unit of work."""
+
+    limit: float = 120.0  #: time limit of a block [s]: it takes a second or two
+    most: int = 256  #: most guides
+    loss: float = 1.15  #: traced candidates per requested guide: some hold no level
+    spare: int = 8  #: traced candidates in addition
+    rescued: int = 8  #: candidates tried of a configuration and kind that would else be empty
+
+
+BLOCKS = BlockOptions()
 
 
 @dataclass(frozen=True)
@@ -98,7 +101,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     turn = np.full(len(cells), -1)  # of those that were tried
     parts: list[tuple[Columns, Columns]] = []
     count = tried = 0
-    while count < wanted and (chosen := list(islice(following, SPARE + int(LOSS * (wanted - count))))):
+    while count < wanted and (chosen := list(islice(following, BLOCKS.spare + int(BLOCKS.loss * (wanted - count))))):
         turn[chosen] = np.arange(tried, tried + len(chosen))
         tried += len(chosen)
         parts += guide_columns(linkage[chosen], take(found, chosen))
@@ -106,7 +109,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     held = [i for guides, _ in parts for i in guides["candidate"]]
     lost = ~np.isin(cells, cells[held]) & (turn < 0)
     rescued = np.flatnonzero(lost)[np.argsort(-everything.weight[lost], kind="stable")]
-    rescued = rescued[ranks(cells[rescued]) < RESCUED]
+    rescued = rescued[ranks(cells[rescued]) < BLOCKS.rescued]
     turn[rescued] = np.arange(len(rescued)) - len(rescued)
     more = guide_columns(linkage[rescued], take(found, rescued))
     for guides, _ in more:  # the soundest of each comes first of all, the others last

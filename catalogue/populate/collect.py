@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -24,14 +24,19 @@ from ..given import whole
 from ..store import Database, Setting, SpecimenRow
 from .fill import Progress
 
-#: Specimens of a collection if no other number is asked for.
-COUNT = 3000
-#: Mechanisms that are drawn together.
-BLOCK = 192
+
+class CollectOptions(NamedTuple):
+    """Specimens of a collection."""
+
+    specimens: int = 3000  #: default number of specimens
+    block: int = 192  #: mechanisms drawn together
+    barren: int = 8  #: successive blocks without a specimen after which a family is given up
+
+
+COLLECTING = CollectOptions()
+
 #: Specimens of a block at most: a mechanism may guide several things.
-MOST = 50 * BLOCK
-#: A family that gives nothing in so many blocks in a row gives nothing.
-BARREN = 8
+MOST = 50 * COLLECTING.block
 
 
 def collect(
@@ -48,7 +53,7 @@ def collect(
     The blocks that are there count: an interrupted build goes on where it stopped, and a larger
     count adds to a smaller one.  Same seed and count, same content, whole blocks; specimens of
     another seed, plan or version of the plugin are removed first.  If not given, they are as begun,
-    or `COUNT` and 0; `report` is called after each block.
+    or `COLLECTING.specimens` and 0; `report` is called after each block.
 
     Raises
     ------
@@ -62,7 +67,7 @@ def collect(
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
-    count = begun.get("count", COUNT) if count is None else count
+    count = begun.get("count", COLLECTING.specimens) if count is None else count
     seed = begun.get("seed", 0) if seed is None else seed
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     database.check()
@@ -81,7 +86,7 @@ def collect(
 
     for family in families:
         barren = 0
-        while held[family][0] < share and barren < BARREN:
+        while held[family][0] < share and barren < COLLECTING.barren:
             number, block = held[family]
             rows = _drawn(collection, family, seed, block)
             with _still(database, name, source) as connection:
@@ -159,7 +164,7 @@ def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[
     compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
     try:
         with foreign(f"collection {collection.name}"):
-            specimens = list(islice(collection.draw(family, rng, BLOCK), MOST))
+            specimens = list(islice(collection.draw(family, rng, COLLECTING.block), MOST))
             for specimen in specimens:
                 collection.owns(specimen)
             return [

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,21 +27,24 @@ from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .rows import at_design
 
-#: Guides nearer to a chosen one than this are thrown away.
-NEAR = 0.02
-#: Transmission angle of a sound linkage at the design position [deg]: the lower end of textbooks.
-SOUND_ANGLE = 40.0
-#: Shortest link of a sound linkage [size].
-SOUND_LINK = 0.1
-#: Weight of a linkage far from both.
-LEAST_WEIGHT = 0.25
-#: Weight of points that return, which few requests are about.
-RETURNING = 0.25
 
-#: Power of the chance.  Measured on 500 to 2000 guides of each of seven members: with the first 20,
-#: or 80, the mean distance to the nearest is a tenth to a seventh less than with as many taken at
-#: random, the ninth decile a quarter.
-POWER = 4
+class CoverOptions(NamedTuple):
+    """Distances and weights of the cover."""
+
+    near: float = 0.02  #: distance from a chosen guide up to which another one is thrown away
+    #: Transmission angle of a sound linkage at the design position [deg]: the lower end of
+    #: textbooks.
+    sound_angle: float = 40.0
+    sound_link: float = 0.1  #: shortest link of a sound linkage [size]
+    least_weight: float = 0.25  #: weight of a linkage far from both
+    returning: float = 0.25  #: weight of points that return, which few requests are about
+    #: Power of the chance. Measured on 500 to 2000 guides of each of seven members: with the first
+    #: 20, or 80, the mean distance to the nearest is a tenth to a seventh less than with as many
+    #: taken at random, the ninth decile a quarter.
+    power: int = 4
+
+
+COVER = CoverOptions()
 
 
 @dataclass(frozen=True)
@@ -81,7 +85,7 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, 
         vectors = np.stack([turned.real, turned.imag, np.where(finite, size[:, None], 0)], axis=-1)
         vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
     returns = np.isin(kind, list(RETURNS.values()))
-    weight = _soundness(linkage, size) * np.where(returns, RETURNING, 1.0)
+    weight = _soundness(linkage, size) * np.where(returns, COVER.returning, 1.0)
     return Designs(vectors.astype(np.float32), kind, weight)
 
 
@@ -103,7 +107,7 @@ def order(designs: Designs, cells: Array) -> Iterator[int]:
     while True:
         i = next(first, -1)
         if i < 0:
-            chance = np.where(gap > NEAR, designs.weight * gap, 0.0) ** POWER / lot
+            chance = np.where(gap > COVER.near, designs.weight * gap, 0.0) ** COVER.power / lot
             i = int(np.argmax(chance))
             if not chance[i]:
                 return
@@ -131,13 +135,13 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
 
 
 def _soundness(linkage: Linkage, size: Floats) -> Floats:
-    """Return how sound linkages are at their design positions, `LEAST_WEIGHT` to 1, (n,)."""
+    """Return how sound linkages are at their design positions, `COVER.least_weight` to 1, (n,)."""
     z = linkage.points
     with np.errstate(all="ignore"):
         links = np.stack(
             [np.where(linkage.dyads[:, i] == RR, np.abs(z[:, i, 1] - z[:, i, 0]), np.inf) for i in (0, 1)]
             + [np.where(linkage.finite[:, :, j].all(1), np.abs(z[:, 0, j] - z[:, 1, j]), np.inf) for j in (0, 1)]
         )
-        shortest = np.minimum(links.min(axis=0) / (SOUND_LINK * size), 1.0)
-        angle = np.minimum(np.nan_to_num(at_design(linkage)) / SOUND_ANGLE, 1.0)
-    return np.asarray(LEAST_WEIGHT + (1 - LEAST_WEIGHT) * np.minimum(shortest, angle))
+        shortest = np.minimum(links.min(axis=0) / (COVER.sound_link * size), 1.0)
+        angle = np.minimum(np.nan_to_num(at_design(linkage)) / COVER.sound_angle, 1.0)
+    return np.asarray(COVER.least_weight + (1 - COVER.least_weight) * np.minimum(shortest, angle))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..curvature_theory.analysis import DEGENERATE
@@ -13,15 +15,22 @@ from ..series.sampling import Drawn
 from ..series.series import Series
 from .rows import Columns
 
-#: Smallest distance of a guided point from the pole [rho0]: nearer ones have short strokes.
-NEAREST_POINT = 0.15
-#: Largest distance of a guided point from the pole [rho0]: farther ones need a bulky coupler.
-FARTHEST_POINT = 6.0
+
+class ElementLimits(NamedTuple):
+    """Places of guided points."""
+
+    nearest: float = 0.15  #: smallest distance from the pole [rho0]: nearer ones have short strokes
+    #: largest distance from the pole [rho0]: farther ones need a bulky coupler
+    farthest: float = 6.0
+    #: distance up to which a point rests at the pole, and its path returns [rho0]
+    at_pole: float = 1e-9
+    #: Distance from a moving pivot up to which a guided point is that pivot, which needs no guide.
+    nearest_pivot: float = 0.03
+
+
+ELEMENT = ElementLimits()
+
 RADII = (0.1, 50.0)
-#: Points nearer to the pole than this rest there: their paths return.
-AT_POLE = 1e-9
-#: A guided point nearer than this to a moving pivot is that pivot, which needs no guide.
-NEAREST_PIVOT = 0.03
 
 
 def elements_worth_tracing(series: Series, drawn: Drawn) -> Columns:
@@ -78,11 +87,11 @@ def _worth_guiding(linkage: Linkage, pairs: Floats, circle: bool, returns: bool 
         radius, away = np.abs(z - centre), np.abs(z)
         pivot = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
         apart = np.abs(pivot - z[:, None]).min(1)
-        good = np.isfinite(pairs).all(axis=(1, 2)) & (w_star != 0) & (apart >= NEAREST_PIVOT)
+        good = np.isfinite(pairs).all(axis=(1, 2)) & (w_star != 0) & (apart >= ELEMENT.nearest_pivot)
         if returns:
-            good &= (away <= AT_POLE) & ~parallel
+            good &= (away <= ELEMENT.at_pole) & ~parallel
         else:
-            good &= ((away >= NEAREST_POINT) | parallel) & (away <= FARTHEST_POINT)
+            good &= ((away >= ELEMENT.nearest) | parallel) & (away <= ELEMENT.farthest)
         if circle:
             far = np.abs(w) * RADII[1] < np.hypot(pairs[:, 0, 0], pairs[:, 0, 1])
             good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1])

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,18 +28,24 @@ from ..store import (
     remove_batches,
     write_batch,
 )
-from .block import LIMIT, Block
+from .block import BLOCKS, Block
 from .make import begin, make
 from .named_guides import write_named_guides
 from .plan import Source, outdated, places, plan
 from .rows import Columns
 
-#: Guides in the default database.
-COUNT = 12_000
+
+class FillOptions(NamedTuple):
+    """Size of the default database, and the order of writing."""
+
+    guides: int = 12_000  #: guides in the default database
+    ahead: int = 32  #: blocks per process that are made before those that are written first
+
+
+FILL = FillOptions()
+
 #: What the file says of a block or a named guide that it holds already.
 TAKEN = re.compile(r"batch\.number|mechanism\.name")
-#: Blocks per process that are made before those that are written first.
-AHEAD = 32
 
 
 @dataclass(frozen=True)
@@ -62,7 +69,7 @@ def fill(
     database: Database,
     registry: Registry,
     *,
-    count: int = COUNT,
+    count: int = FILL.guides,
     series: Sequence[str] = (),
     seed: int = 0,
     processes: int | None = None,
@@ -110,7 +117,7 @@ def fill(
     for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
         database.set_setting(key, str(value))
     workers = engine(
-        on, begin(registry.folders), count=processes, limit=LIMIT, tries=3
+        on, begin(registry.folders), count=processes, limit=BLOCKS.limit, tries=3
     )  # memory may be short for a while
     with _alone(database), database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [*old, *(batch for s in sources for batch in s.short)])
@@ -186,7 +193,7 @@ def _leave_out(source: Source, error: Exception) -> None:
 def _ask_ahead(sources: list[Source], pool: Engine, seed: int) -> None:
     """Submit the next block of the first source, and further ones while workers are free."""
     asked = [future for source in sources for future in source.asked]
-    room = min(2 * pool.count - sum(not future.done() for future in asked), AHEAD * pool.count - len(asked))
+    room = min(2 * pool.count - sum(not future.done() for future in asked), FILL.ahead * pool.count - len(asked))
     if not sources[0].asked:
         room = max(room, 1)
     for source in sources:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import DatabaseBusy
 from ..progress import busy, shown
@@ -12,11 +12,17 @@ from ..progress import busy, shown
 if TYPE_CHECKING:
     from ..api import Catalogue
 
-#: Pause between two looks at a file that another process fills [s].
-PAUSE = 0.5
-#: Time without a write after which the other process is taken for dead [s]: blocks take less than
-#: two.
-STILL = 20.0
+
+class FirstUse(NamedTuple):
+    """Waiting for another process that fills the file [s]."""
+
+    pause: float = 0.5  #: pause between two looks at the file
+    #: Time without a write after which the other process is taken for dead: blocks take less than
+    #: two.
+    still: float = 20.0
+
+
+FIRST_USE = FirstUse()
 
 
 def build_once(catalogue: Catalogue, *, quiet: bool) -> None:
@@ -38,7 +44,7 @@ def _wait(catalogue: Catalogue) -> None:
     """Wait until a catalogue is complete, or nobody writes to its file any more."""
     before: tuple[int, ...] = ()
     last = time.monotonic()
-    while not catalogue.complete and time.monotonic() - last < STILL:
+    while not catalogue.complete and time.monotonic() - last < FIRST_USE.still:
         if (now := catalogue.database.stamp()) != before:
             before, last = now, time.monotonic()
-        time.sleep(PAUSE)
+        time.sleep(FIRST_USE.pause)

@@ -14,7 +14,7 @@ from ..plugin.registry import Record, Registry
 from ..series.sampling import PLAN
 from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism
-from .block import MOST, Block
+from .block import BLOCKS, Block
 
 #: A member that gives no guide in so many blocks in a row gives none.
 BARREN = 8
@@ -34,7 +34,7 @@ class Held(NamedTuple):
 class Source:
     """The blocks of one member, in order.
 
-    A block is wanted whole, `MOST` guides, but the last: of that only as many as are still
+    A block is wanted whole, `BLOCKS.most` guides, but the last: of that only as many as are still
     missing.  Where a larger build goes on, blocks of which fewer were wanted are `short`: they are
     removed and made anew.
     """
@@ -85,11 +85,11 @@ class Source:
             return 0
         if not self.asked:
             return self._missing
-        return MOST if self.guides + (len(self.asked) + 1) * MOST <= self.target else 0
+        return BLOCKS.most if self.guides + (len(self.asked) + 1) * BLOCKS.most <= self.target else 0
 
     @property
     def _missing(self) -> int:
-        return min(MOST, self.target - self.guides)
+        return min(BLOCKS.most, self.target - self.guides)
 
 
 def plan(database: Database, registry: Registry, codes: Sequence[str], count: int, seed: int) -> list[Source]:
@@ -107,7 +107,7 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
         share = count * shares[code] / sum(shares.values())
         total = sum(m.weight for m in one.members if m.parameters) or 1.0
         for member in one.members:
-            target = MOST if not member.parameters else max(round(share * member.weight / total), 1)
+            target = BLOCKS.most if not member.parameters else max(round(share * member.weight / total), 1)
             sources.append(Source(one, registry.provider(code), member, target, held.get((code, member.key), {})))
             sources[-1].skip()
     return sources

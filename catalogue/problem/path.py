@@ -6,7 +6,7 @@ import cmath
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from ..errors import InvalidRequest, quoted
 from ..given import number, positive
@@ -17,10 +17,18 @@ from ..units import unit_or_none
 FULLEST = 1.98
 #: Angle of such an arc [deg].
 WIDE = math.degrees(2 * math.asin(0.5 * FULLEST)) * (1 + 1e-12)
-#: Largest angle of an arc [deg]: its chord is then a sixth of the radius.
-MAX_ANGLE = 350.0
-#: Relative contradiction permitted between stroke, radius and angle: rounding by units and files.
-CONTRADICTION = 1e-6
+
+
+class PathLimits(NamedTuple):
+    """Limits of a requested arc."""
+
+    max_angle: float = 350.0  #: largest angle [deg]: its chord is then a sixth of the radius
+    #: Relative contradiction permitted between stroke, radius and angle: rounding by units and
+    #: files.
+    contradiction: float = 1e-6
+
+
+PATH_LIMITS = PathLimits()
 
 
 def digits(value: float) -> float:
@@ -314,9 +322,9 @@ def consistent_arc(
     """
     if angle is not None:
         angle = positive("angle", angle)
-        if angle > MAX_ANGLE:
+        if angle > PATH_LIMITS.max_angle:
             raise InvalidRequest(
-                f"an arc of {angle:g}\u00b0 nearly closes: its angle must be {MAX_ANGLE:g}\u00b0 or less"
+                f"an arc of {angle:g}\u00b0 nearly closes: its angle must be {PATH_LIMITS.max_angle:g}\u00b0 or less"
             )
     if radius is not None:
         radius = positive("radius", radius)
@@ -336,7 +344,7 @@ def consistent_arc(
             )
         return stroke, radius, angle_over(stroke, radius)
     chord = chord_of(radius, angle)
-    if abs(stroke - chord) > CONTRADICTION * max(stroke, chord):
+    if abs(stroke - chord) > PATH_LIMITS.contradiction * max(stroke, chord):
         raise InvalidRequest(
             f"{name} {stroke:g}, radius {radius:g} and angle {angle:g}\u00b0 contradict one another: an arc of "
             f"{angle:g}\u00b0 and radius {radius:g} has a chord of {chord:.6g}; leave one of the three out"

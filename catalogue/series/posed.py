@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,11 +21,17 @@ from ..kinematics.linkage import homogeneous
 from ..kinematics.plane_vectors import dot
 from ..kinematics.types import Array, Complexes, Floats, Mask, read_only
 
-#: A point nearer to the pole than this part of the pivots' distances stands at the pole, and is not
-#: guided to order 3.
-AT_POLE = 1e-9
-#: Two points are mirror images up to this part of their distance.
-MIRRORED = 1e-9
+
+class PosedTolerance(NamedTuple):
+    """When points are special in a posed problem."""
+
+    #: Distance from the pole up to which a point is there, and is not guided to order 3 [distances
+    #: of the pivots].
+    at_pole: float = 1e-9
+    mirrored: float = 1e-9  #: difference up to which two points are mirror images [their distance]
+
+
+POSED = PosedTolerance()
 
 
 @dataclass(frozen=True)
@@ -72,7 +79,7 @@ class Posed:
 
         0 at infinity, NaN at the pole.
         """
-        near = AT_POLE * np.abs(pole[:, None] - self.pivots).sum(1)
+        near = POSED.at_pole * np.abs(pole[:, None] - self.pivots).sum(1)
         r, r_star = (dot(self.axis, z - pole) for z in (self.centre, self.point))
         one, other = (np.where(np.isnan(x), 0, np.where(np.abs(x) > near, 1 / x, np.nan)) for x in (r, r_star))
         return one, other
@@ -127,9 +134,9 @@ def on_ray(pole: Complexes, point: Complexes, normal: Complexes, inverse_diamete
 
 
 def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes) -> Mask:
-    """Return where two points lie symmetrically to lines, up to `MIRRORED` of their distance."""
+    """Tell where two points are mirror images in lines, shape (n,)."""
     middle, apart = 0.5 * (a + b) - start, np.abs(a - b)
-    near = MIRRORED * apart
+    near = POSED.mirrored * apart
     return np.asarray((np.abs(dot(1j * axis, middle)) < near) & (np.abs(dot(axis, a - b)) < near))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
@@ -17,10 +18,16 @@ BLOCK = 1024
 #: with these.
 PLAN = "7"
 
-#: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
-FARTHEST = 8.0
-SHORTEST = 0.05
-SPREAD = 25.0
+
+class Proportions(NamedTuple):
+    """Proportions of sampled linkages [rho0; parallel cranks: height of crank 1]."""
+
+    farthest: float = 8.0  #: largest distance of a pivot
+    shortest: float = 0.05  #: shortest link
+    spread: float = 25.0  #: largest ratio of two lengths
+
+
+PROPORTIONS = Proportions()
 
 
 @dataclass(frozen=True)
@@ -72,5 +79,5 @@ def in_proportion(linkage: Linkage) -> Mask:
     length = np.where(there[:, i] & there[:, j], np.abs(flat[:, i] - flat[:, j]), np.nan)
     with np.errstate(all="ignore"):
         shortest, longest = np.fmin.reduce(length, axis=1), np.fmax.reduce(length, axis=1)
-    bad = (far > FARTHEST) | (shortest < SHORTEST) | (longest > SPREAD * shortest)
+    bad = (far > PROPORTIONS.farthest) | (shortest < PROPORTIONS.shortest) | (longest > PROPORTIONS.spread * shortest)
     return np.asarray(~bad)

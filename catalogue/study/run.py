@@ -17,7 +17,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,20 +29,23 @@ from .order import Order, takes_starts
 from .results_file import ResultsFile
 from .task import Done
 
-#: Time between two writes of results [s]: so much work is lost by a kill.
-PAUSE = 0.5
-#: Tasks that wait for each worker.
-AHEAD = 3
-#: Requests whose answers are starts.
-NEIGHBOURS = 3
-#: Answers of each of them but the first.
-EACH = 3
-#: Rounds that go back at most: a better start may lead to an answer that is better elsewhere too.
-BACK = 4
-#: Difference of costs that counts: above the rounding of a guide that is laid and measured again.
-WORSE = 1e-7
-#: Answers whose costs a task computes.
-CHUNK = 64
+
+class StudyOptions(NamedTuple):
+    """Order of the work of a study."""
+
+    pause: float = 0.5  #: time between two writes of results [s]: this much work is lost by a kill
+    ahead: int = 3  #: tasks that wait for each worker
+    neighbours: int = 3  #: requests whose answers are starts
+    each: int = 3  #: answers of each of them but the first
+    #: most rounds that go back: a better start may lead to an answer that is better elsewhere too
+    back: int = 4
+    #: Difference of costs that counts: above the rounding of a guide that is laid and measured
+    #: again.
+    worse: float = 1e-7
+    chunk: int = 64  #: answers whose costs a task computes
+
+
+STUDY = StudyOptions()
 
 
 @dataclass(frozen=True)
@@ -93,10 +96,10 @@ class Run:
         """Run all rounds that are left."""
         self._first_round()
         self._again()
-        for place in range(2, 2 + BACK):
+        for place in range(2, 2 + STUDY.back):
             if not self._back(place):
                 break
-        self._advise(2 + BACK)
+        self._advise(2 + STUDY.back)
 
     # -- rounds ------------------------------------------------------------------------------
     def _first_round(self) -> None:
@@ -122,8 +125,8 @@ class Run:
     def _warm(self, number: int) -> Starts:
         """Return the answers to the nearest tighter requests, as starts."""
         starts: list[str] = []
-        for place, near in enumerate(self.nearest[number][:NEIGHBOURS]):
-            starts += self._kept(near, 0, None if not place else EACH)
+        for place, near in enumerate(self.nearest[number][: STUDY.neighbours]):
+            starts += self._kept(near, 0, None if not place else STUDY.each)
         return list(dict.fromkeys(starts)), bool(starts)
 
     def _again(self) -> None:
@@ -137,7 +140,7 @@ class Run:
         wanted = [number for number in self.numbers if number in near]
 
         def starts(number: int) -> Starts:
-            return [text for one in near[number][:NEIGHBOURS] for text in self._kept(one, 0, EACH)], False
+            return [text for one in near[number][: STUDY.neighbours] for text in self._kept(one, 0, STUDY.each)], False
 
         self._round(1, wanted, starts)
 
@@ -169,7 +172,7 @@ class Run:
             costs = np.array([judged[self._ranking(number)][one] for one in below])
             least = int(np.argmin(costs))
             own = state[number][2] if number in with_answers else None
-            if own is None or costs[least] < own - WORSE * max(1.0, abs(own)):
+            if own is None or costs[least] < own - STUDY.worse * max(1.0, abs(own)):
                 found[number] = below[least]
         return found
 
@@ -191,8 +194,8 @@ class Run:
         asked: list[tuple[tuple[Any, Any], list[int], Future[Any]]] = []
         for ranking, ones in wanted.items():
             each = [*ones]
-            for start in range(0, len(each), CHUNK):
-                part = each[start : start + CHUNK]
+            for start in range(0, len(each), STUDY.chunk):
+                part = each[start : start + STUDY.chunk]
                 texts = [best[one][0] for one in part]
                 future = self.pool.submit(task.costs, self.texts[judge[ranking]], texts)
                 asked.append((ranking, part, future))
@@ -243,20 +246,20 @@ class Run:
         ready = ready[::-1]
         count, clock, written = 0, time.monotonic(), time.monotonic()
         while ready or running:
-            while ready and len(running) < AHEAD * self.pool.count:
+            while ready and len(running) < STUDY.ahead * self.pool.count:
                 number = ready.pop()
                 texts, warm = starts(number)
                 advise = not place and not self.looser[number]
                 future = self.pool.submit(task.answer, self.texts[number], texts, warm=warm, advise=advise)
                 running[future] = number
-            done, _ = wait(running, timeout=PAUSE, return_when=FIRST_COMPLETED)
+            done, _ = wait(running, timeout=STUDY.pause, return_when=FIRST_COMPLETED)
             free: list[int] = []
             for future in sorted(done, key=lambda one: running[one]):
                 number = running.pop(future)
                 unwritten.append((number, place, _result(future)))
                 free.append(number)
             followers = [one for number in free for one in finished(number)]
-            if unwritten and (followers or not running or time.monotonic() - written > PAUSE):
+            if unwritten and (followers or not running or time.monotonic() - written > STUDY.pause):
                 self.file.write(unwritten)
                 unwritten, written = [], time.monotonic()
             ready += sorted(followers, reverse=True)

@@ -16,7 +16,7 @@ from measuring import table, title, wanted_count
 from sqlalchemy import insert
 
 from catalogue.plugin.registry import Registry
-from catalogue.populate.block import MOST, Block, block
+from catalogue.populate.block import BLOCKS, Block, block
 from catalogue.populate.fill import Progress, fill
 from catalogue.store import PIVOTS, Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
@@ -53,9 +53,9 @@ def shares(registry: Registry) -> None:
         ("II.ooo", "slider-crank isosceles"),
         ("IV*.l", "four-bar general"),
     ):
-        block(registry.get(code), key, 0, 0, MOST, "x", "1")
+        block(registry.get(code), key, 0, 0, BLOCKS.most, "x", "1")
         start = time.perf_counter()
-        made = block(registry.get(code), key, 0, 1, MOST, "x", "1")
+        made = block(registry.get(code), key, 0, 1, BLOCKS.most, "x", "1")
         taken = time.perf_counter() - start
         rows.append(
             (
@@ -72,7 +72,7 @@ def shares(registry: Registry) -> None:
 
 def written(folder: Path, registry: Registry) -> None:
     """Write the same blocks in three ways."""
-    blocks = [block(registry.get("I.GG"), "four-bar general", 0, n, MOST, "x", "1") for n in range(6)]
+    blocks = [block(registry.get("I.GG"), "four-bar general", 0, n, BLOCKS.most, "x", "1") for n in range(6)]
     count = sum(len(b.mechanisms["pivots"]) + b.count + len(b.reaches["guide"]) for b in blocks)
     ways = {
         "bulk, indexes made afterwards (as built)": (_bulk, True),

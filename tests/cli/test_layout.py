@@ -184,9 +184,9 @@ def test_without_either_each_row_is_a_card(monkeypatch: pytest.MonkeyPatch, caps
 
 def test_a_pipe_has_a_fixed_width(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("COLUMNS", raising=False)
-    assert layout.console().width == layout.PIPED
+    assert layout.console().width == layout.TABLE_WIDTH.piped
     monkeypatch.setenv("COLUMNS", "7")
-    assert layout.console().width == layout.LEAST
+    assert layout.console().width == layout.TABLE_WIDTH.least
 
 
 def test_no_text_reaches_the_terminal_as_a_command(capsys: pytest.CaptureFixture[str]) -> None:

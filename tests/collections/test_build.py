@@ -15,7 +15,7 @@ import pytest
 import catalogue
 from catalogue import Catalogue, InvalidRequest, PluginError
 from catalogue.collections.spec import Collection, Specimen
-from catalogue.populate.collect import BARREN, BLOCK, collect, is_current, state, stored
+from catalogue.populate.collect import COLLECTING, collect, is_current, state, stored
 
 Make = Callable[..., Catalogue]
 
@@ -61,7 +61,7 @@ def test_an_interrupted_build_goes_on(make: Make) -> None:
         pass
 
     def stop(progress: Any) -> None:
-        if progress.rows > BLOCK:
+        if progress.rows > COLLECTING.block:
             raise Stop
 
     with make("one") as whole, make("other") as cut:
@@ -128,7 +128,7 @@ def test_a_family_that_gives_nothing_comes_to_an_end(make: Make, swings: Collect
 
     with make() as cat:
         done = collect(cat.database, replace(swings, draw=barren), "1.0", count=100)
-        assert asked.count("roller") == BARREN
+        assert asked.count("roller") == COLLECTING.barren
         assert done.guides == stored(cat.database, "swings")["pendulum"][0]
 
 
@@ -180,5 +180,5 @@ def test_a_kill_leaves_whole_blocks(swings_db: Path) -> None:
     """Every block that is there is there in full: they are written in one transaction each."""
     with closing(sqlite3.connect(swings_db)) as connection:
         sizes = connection.execute("SELECT family, block, count(*) FROM specimens GROUP BY family, block").fetchall()
-    assert {n for family, _, n in sizes if family == "roller"} == {BLOCK}
-    assert {n for family, _, n in sizes if family == "pendulum"} == {2 * BLOCK}
+    assert {n for family, _, n in sizes if family == "roller"} == {COLLECTING.block}
+    assert {n for family, _, n in sizes if family == "pendulum"} == {2 * COLLECTING.block}

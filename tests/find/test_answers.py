@@ -19,7 +19,7 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, Found, InvalidRequest, StraightLine
 from catalogue.find import answers
-from catalogue.find.codes import is_code
+from catalogue.find.codes import CODES, is_code
 from catalogue.find.dwell_results import StandStill
 
 LINE = StraightLine(100, 0.5)
@@ -86,7 +86,7 @@ def test_two_answers_of_one_code_are_both_kept(file: Path, monkeypatch: pytest.M
 
 
 def test_the_oldest_are_dropped_and_said_to_be(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("catalogue.find.codes.KEPT", 5)
+    monkeypatch.setattr("catalogue.find.codes.CODES", CODES._replace(kept=5))
     codes = answers.remember([catalogue.guide({**MINE, "along": along}) for along in range(9)])
     with closing(sqlite3.connect(file)) as held:
         assert held.execute("SELECT count(*) FROM answer").fetchone() == (5,)

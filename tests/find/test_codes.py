@@ -79,7 +79,7 @@ def test_a_file_without_the_mark_is_taken_over_with_its_records(file: Path) -> N
 
 
 def test_repeats_take_no_place_of_others(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(codes, "KEPT", 10)
+    monkeypatch.setattr(codes, "CODES", codes.CODES._replace(kept=10))
     old = codes.keep(["of last year"])
     again = [f"answer {k}" for k in range(9)]
     for _ in range(50):
@@ -151,7 +151,7 @@ def test_any_damage_is_one_line_that_says_what_to_do(file: Path) -> None:
 
 def test_a_file_that_another_process_writes_is_not_to_be_removed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     codes.keep(["{}"])
-    monkeypatch.setattr(codes, "PATIENCE", 0.01)
+    monkeypatch.setattr(codes, "CODES", codes.CODES._replace(patience=0.01))
     with closing(sqlite3.connect(file, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(InvalidRequest, match="try again when the other process has finished"):

@@ -34,7 +34,7 @@ class Machine(RuleBasedStateMachine):
         shutil.copy(self.source, self.store)
         self.patch = pytest.MonkeyPatch()
         self.patch.setenv("CATALOGUE_ANSWERS", str(self.answers))
-        self.patch.setattr(codes, "KEPT", KEPT)
+        self.patch.setattr(codes, "CODES", codes.CODES._replace(kept=KEPT))
         self.held: OrderedDict[str, str] = OrderedDict()
         self.changed = False
 

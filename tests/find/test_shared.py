@@ -69,8 +69,8 @@ def test_what_is_not_the_text_of_its_code_is_refused(team: Path) -> None:
 
 
 def test_two_records_of_one_code_have_two(team: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def alike(text: str, length: int = codes.LENGTH) -> str:
-        return ("a" * codes.LENGTH + text * length)[:length]
+    def alike(text: str, length: int = codes.CODES.length) -> str:
+        return ("a" * codes.CODES.length + text * length)[:length]
 
     monkeypatch.setattr(codes, "code_of", alike)
     assert codes.keep(["x"]) == ["aaaaaaa"]

@@ -20,8 +20,8 @@ from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
-from catalogue.populate.block import MOST, Block, block
-from catalogue.populate.elements import FARTHEST_POINT, NEAREST_PIVOT, RADII, elements_worth_tracing
+from catalogue.populate.block import BLOCKS, Block, block
+from catalogue.populate.elements import ELEMENT, RADII, elements_worth_tracing
 from catalogue.populate.plan import BARREN, Source
 from catalogue.populate.rows import LARGEST, LEAST_TRANSMISSION, PROBLEMS, at_design
 from catalogue.series.sampling import BLOCK, PLAN, draw
@@ -65,7 +65,7 @@ def curved(made: Block) -> Array:
 @pytest.fixture(scope="module", params=MEMBERS, ids=" ".join)
 def again(request: pytest.FixtureRequest) -> Again:
     code, key = request.param
-    made = block(SERIES[code], key, 4, 1, MOST, "some", "1")
+    made = block(SERIES[code], key, 4, 1, BLOCKS.most, "some", "1")
     reaches, guides = made.reaches, made.guides
     owner = reaches["guide"]
     spans = coupler_curve(guiding(made)[owner], (guides["x"] + 1j * guides["y"])[owner])
@@ -80,7 +80,7 @@ def again(request: pytest.FixtureRequest) -> Again:
 
 @pytest.mark.slow
 def test_same_arguments_give_the_same_columns() -> None:
-    one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, MOST, "some", "1") for _ in range(2))
+    one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, BLOCKS.most, "some", "1") for _ in range(2))
     for name in ("batch", "mechanisms", "guides", "reaches"):
         first, second = getattr(one, name), getattr(two, name)
         assert first.keys() == second.keys()
@@ -97,7 +97,7 @@ def test_batch_says_where_its_rows_come_from(again: Again) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("wanted", [40, MOST])
+@pytest.mark.parametrize("wanted", [40, BLOCKS.most])
 def test_as_many_guides_as_are_wanted_in_their_order(again: Again, wanted: int) -> None:
     batch = again.block.batch
     made = block(SERIES[batch["series"]], batch["member"], 4, 1, wanted, "some", "1")
@@ -192,8 +192,8 @@ def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:
     z = made.guides["x"] + 1j * made.guides["y"]
     linkage = guiding(made)
     moving = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
-    assert np.abs(moving - z[:, None]).min() >= NEAREST_PIVOT
-    assert np.abs(z).max() <= FARTHEST_POINT
+    assert np.abs(moving - z[:, None]).min() >= ELEMENT.nearest_pivot
+    assert np.abs(z).max() <= ELEMENT.farthest
 
 
 def test_guides_have_the_tangent_and_the_nominal_of_their_path(again: Again) -> None:
@@ -245,7 +245,7 @@ def test_every_pair_is_a_point_or_a_slot_but_not_both(again: Again) -> None:
 def test_member_that_guides_nothing_gives_an_empty_block() -> None:
     series = SERIES["II.xy"]
     nothing = replace(series, guided=lambda p: [replace(g, pairs=g.pairs * np.nan) for g in series.guided(p)])
-    made = block(nothing, "four-bar general", 0, 0, MOST, "some", "1")
+    made = block(nothing, "four-bar general", 0, 0, BLOCKS.most, "some", "1")
     assert made.count == made.batch["kept"] == made.batch["guides"] == 0
     assert len(made.mechanisms["pivots"]) == len(made.reaches["guide"]) == 0
 

@@ -13,7 +13,7 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.populate.block import block
-from catalogue.populate.cover import NEAR, Designs, designs, order
+from catalogue.populate.cover import COVER, Designs, designs, order
 from catalogue.populate.elements import elements_worth_tracing
 from catalogue.populate.rows import guide_columns
 from catalogue.series.sampling import draw
@@ -59,9 +59,9 @@ def test_no_two_that_are_kept_are_neighbours_and_all_others_have_one(lines: Desi
     kept = list(order(lines, np.zeros(len(lines.kind), int)))
     assert len(set(kept)) == len(kept) < len(lines.kind)
     away = apart(lines.points, lines.points[kept], 4)
-    assert away.min(axis=1).max() <= NEAR + 1e-3
+    assert away.min(axis=1).max() <= COVER.near + 1e-3
     among = away[kept] + np.eye(len(kept))
-    assert among.min() > NEAR - 1e-3
+    assert among.min() > COVER.near - 1e-3
 
 
 @pytest.mark.slow

@@ -20,8 +20,8 @@ ROOT = Path(catalogue.__file__).parents[1]
 #: the others, and as little patience with a process that is dead.
 CODE = """
 import sys, time, catalogue
-import catalogue.populate.first_use, catalogue.progress
-from catalogue.populate import fill as filling
+import catalogue.progress
+from catalogue.populate import fill as filling, first_use
 plan, write = filling.plan, filling.write_batch
 pauses = sys.argv[2:]
 def slowly(*given):
@@ -31,8 +31,8 @@ def slowly(*given):
 few = ["I.GG", "I.yy", "II.xy", "II*.xy", "IV.l"]
 filling.plan = lambda database, registry, _, *how: plan(database, registry, few, *how)
 filling.write_batch = slowly
-filling.COUNT = 100
-catalogue.populate.first_use.STILL = 5.0
+filling.FILL = filling.FILL._replace(guides=100)
+first_use.FIRST_USE = first_use.FIRST_USE._replace(still=5.0)
 catalogue.progress.PATIENCE = 0.1
 with catalogue.open(sys.argv[1]) as cat:
     print(cat.complete, len(cat.guides()))

@@ -20,7 +20,7 @@ from catalogue.engines.processes import Processes
 from catalogue.engines.worker import receive, send
 from catalogue.errors import PluginError, WorkerKilled
 from catalogue.plugin.registry import Registry
-from catalogue.populate.block import LIMIT
+from catalogue.populate.block import BLOCKS
 from catalogue.populate.make import begin, make
 
 GOOD = ("T.few", "four-bar general", 0, 0, 64, "few", "1")
@@ -28,7 +28,7 @@ GOOD = ("T.few", "four-bar general", 0, 0, 64, "few", "1")
 
 def workers(count: int, registry: Registry) -> Processes:
     """Return worker processes as a build has them."""
-    return Processes(count, begin(registry.folders), limit=LIMIT, tries=3)
+    return Processes(count, begin(registry.folders), limit=BLOCKS.limit, tries=3)
 
 
 def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
@@ -174,7 +174,10 @@ def test_a_process_without_threads_makes_blocks() -> None:
     )
     root = str(Path(catalogue.__file__).parents[1])
     asked = BytesIO()
-    messages: tuple[Any, ...] = ((begin(()), LIMIT, 0), (make, ("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"), {}))
+    messages: tuple[Any, ...] = (
+        (begin(()), BLOCKS.limit, 0),
+        (make, ("I.GG", "four-bar general", 0, 0, 8, "i_gg", "1"), {}),
+    )
     for message in messages:
         send(asked, pickle.dumps(message))
     done = subprocess.run(

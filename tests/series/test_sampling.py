@@ -11,7 +11,7 @@ from scipy.stats.qmc import Sobol
 
 from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
 from catalogue.plugin.registry import Registry
-from catalogue.series.sampling import BLOCK, FARTHEST, SHORTEST, SPREAD, draw, in_proportion
+from catalogue.series.sampling import BLOCK, PROPORTIONS, draw, in_proportion
 from catalogue.series.series import Member, Series
 
 SERIES = Registry().series
@@ -85,9 +85,9 @@ def could_be_built(linkage: Linkage) -> bool:
     (a, am), (b, bm) = [[(x, y) if w else None for x, y, w in dyad] for dyad in linkage.pivots[0].tolist()]
     lengths = [np.hypot(p[0] - q[0], p[1] - q[1]) for p, q in ((a, am), (b, bm), (am, bm), (a, b)) if p and q]
     far = max(np.hypot(*p) for p in (a, am, b, bm) if p)
-    if far > FARTHEST:
+    if far > PROPORTIONS.farthest:
         return False
-    return not lengths or (min(lengths) >= SHORTEST and max(lengths) <= SPREAD * min(lengths))
+    return not lengths or (min(lengths) >= PROPORTIONS.shortest and max(lengths) <= PROPORTIONS.spread * min(lengths))
 
 
 @pytest.mark.parametrize("family", [name for name, kinds in FAMILIES.items() if kinds])

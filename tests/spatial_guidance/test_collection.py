@@ -24,6 +24,7 @@ from catalogue.collections.results import CollectionCandidate
 from catalogue.find.answers import record, text_of
 from catalogue.find.codes import code_of
 from catalogue.plugin.registry import Registry
+from catalogue.populate.collect import COLLECTING
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
 from tests.precision import SWITCHED
@@ -56,7 +57,7 @@ def cat(once: Callable[..., Path]) -> Iterator[Catalogue]:
             opened.build_collection("spatial-guidance", count=6)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("catalogue.populate.collect.BLOCK", 32)
+        patch.setattr("catalogue.populate.collect.COLLECTING", COLLECTING._replace(block=32))
         with catalogue.open(once("spatial.db", build), build=False) as opened:
             yield opened
 

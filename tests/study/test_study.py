@@ -65,7 +65,7 @@ def test_no_cell_is_worse_than_the_answer_to_a_tighter_one(chart: Study) -> None
                 pairs += 1
                 text = looser.request.to_json()
                 own, its = (task.costs(text, [one.records[0]])[0] for one in (looser, cells[int(other) + 1]))
-                assert own <= its + running.WORSE
+                assert own <= its + running.STUDY.worse
     assert pairs >= 7
 
 
@@ -178,7 +178,7 @@ def test_requests_may_be_added(chart: Study, small: Catalogue, tmp_path: Path) -
     more.run(small, engine="serial")
     assert tables(more)[0].splitlines()[1] == tables(chart)[0].splitlines()[1]
     own, its = (task.costs(looser.to_json(), [more[k].records[0]])[0] for k in (7, 6))
-    assert own <= its + running.WORSE
+    assert own <= its + running.STUDY.worse
 
 
 @pytest.mark.slow
