@@ -10,11 +10,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import json
+import pickle
 import re
 import runpy
 import sqlite3
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from functools import partialmethod
+from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -37,6 +40,7 @@ from catalogue.folders import folder
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.progress import busy
+from catalogue.search.search import Budget, Search
 from catalogue.search.starts import SearchReport
 from catalogue.spatial.guided import compiled as guided
 from catalogue.spatial.jointed import compiled as jointed
@@ -180,18 +184,30 @@ def small(small_db: Path) -> Iterator[catalogue.Catalogue]:
 
 
 @pytest.fixture(scope="session")
-def answers() -> Callable[[tuple[Any, ...], Callable[[], Any]], Any]:
-    """Return a keeper of answers for the whole run: of a question that was asked before, else of the function."""
+def answers(once: Callable[..., Path]) -> Callable[[tuple[Any, ...], Callable[[], Any]], Any]:
+    """Return a keeper of answers for all workers: of a question that was asked before, else of the function."""
     kept: dict[str, Any] = {}
 
     def answer(question: tuple[Any, ...], make: Callable[[], Any]) -> Any:
         with np.printoptions(floatmode="unique", threshold=10**6):
             key = re.sub(r"(\d)\.0\b", r"\1", repr(question))  # 3 and 3.0 are one number
         if key not in kept:
-            kept[key] = make()
+            name = f"answer-{sha256(key.encode()).hexdigest()}"
+            path = once(name, lambda path: path.write_bytes(pickle.dumps(make())))
+            kept[key] = pickle.loads(path.read_bytes())
         return kept[key]
 
     return answer
+
+
+#: Of a search for tests of what becomes of its answers, not of how good they are.
+BRIEF = Budget(per_kind=25, raced=60, leaders=8, tried=12, kept=8, farther=3, hops=2, hopped=15, landed=5)
+
+
+@pytest.fixture
+def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let searches in this process take a third of their time; their answers meet what was asked as all do."""
+    monkeypatch.setattr(Search, "__init__", partialmethod(Search.__init__, budget=BRIEF))
 
 
 @pytest.fixture

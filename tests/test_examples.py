@@ -39,6 +39,7 @@ WITHOUT = {"ConstraintArguments"} | {
 SHOWN = [one for thing in PUBLIC for one in examples(thing)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", SHOWN, ids=lambda one: one.name)
 def test_an_example_prints_what_it_shows(example: doctest.DocTest, small_db: Path) -> None:
     with catalogue.open(small_db, build=False) as cat:

@@ -192,6 +192,7 @@ def test_a_broken_plugin_becomes_a_record_and_leaves_the_others_alone(write: Wri
     assert [code for code in registry.series if code not in BUILT_IN] == ["test.2"]
 
 
+@pytest.mark.slow
 def test_of_a_broken_plugin_all_or_nothing_counts(write: Write) -> None:
     two = SERIES_HOOK + "yield series('test.1')\n    yield series('test.2', 'gear')"
     path = write("half.py", two)
@@ -265,6 +266,7 @@ def test_two_plugins_that_claim_one_series_are_an_error_that_names_both_files(wr
     assert str(caught.value) == f"test.1 is claimed by two plugins, {first} and {second}; remove one"
 
 
+@pytest.mark.slow
 def test_a_built_in_series_or_family_cannot_be_replaced(write: Write) -> None:
     path = write("mine.py", code="I.GG")
     with pytest.raises(DuplicateSeries, match=r"I\.GG is claimed by two plugins, .*i_gg\.py and .*mine\.py"):
@@ -274,6 +276,7 @@ def test_a_built_in_series_or_family_cannot_be_replaced(write: Write) -> None:
         Registry([str(path.parent)])
 
 
+@pytest.mark.slow
 def test_without_threads_plugins_load_unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
     """As where Python runs in a browser, or the table of processes is full."""
 

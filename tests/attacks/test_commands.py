@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 COMMANDS = [
     path.relative_to(ROOT)
@@ -44,7 +46,6 @@ def run_as_command(path: Path, text: str) -> None:
         runpy.run_path(str(ROOT / path), run_name="__main__")
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("path", COMMANDS, ids=str)
 def test_help_is_what_the_file_says_of_itself(
@@ -61,7 +62,6 @@ def test_help_is_what_the_file_says_of_itself(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("how", [["-m", "tests.attacks.stability"], [str(ROOT / "tests/benchmarks/recall.py")]])
 def test_a_file_runs_as_a_command_of_its_own(how: list[str], tmp_path: Path) -> None:
     done = subprocess.run(

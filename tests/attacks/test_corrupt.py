@@ -112,6 +112,7 @@ def test_a_setting_that_cannot_be_read_is_told(copied: Path, key: str, asked: di
         opened.build(**asked)
 
 
+@pytest.mark.slow
 def test_one_bit_is_noticed_by_whoever_quotes_the_file(copied: Path, attack: SimpleNamespace) -> None:
     """Also where the value could be: the seal says that it is not as it was written; who edits a file takes it away."""
     content = bytearray(copied.read_bytes())
@@ -121,6 +122,7 @@ def test_one_bit_is_noticed_by_whoever_quotes_the_file(copied: Path, attack: Sim
         assert "not as it was written" in str(attack.ask(copied, question))
 
 
+@pytest.mark.slow
 def test_a_large_file_is_read_in_blocks_with_the_same_digest(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(seal, "LARGE", 0)
     with catalogue.open(copied, build=False) as opened:
@@ -150,6 +152,7 @@ WRITERS: dict[str, Callable[[Catalogue], object]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("writer", WRITERS)
 def test_no_command_that_writes_seals_a_file_that_was_changed(copied: Path, writer: str) -> None:
     with closing(sqlite3.connect(copied, isolation_level=None)) as file:
@@ -199,6 +202,7 @@ def test_what_writes_takes_the_seal_away_and_a_build_gives_it_back(copied: Path,
         opened.database.check()
 
 
+@pytest.mark.slow
 def test_a_catalogue_without_guides_says_so(copied: Path) -> None:
     with closing(sqlite3.connect(copied, isolation_level=None)) as file:
         file.executescript("PRAGMA foreign_keys = ON; PRAGMA user_version = 0; DELETE FROM mechanism")

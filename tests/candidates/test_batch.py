@@ -54,6 +54,7 @@ def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, requ
     assert min(abs(a - b).max() for i, a in enumerate(seen) for b in seen[:i]) > 1e-3, "the ways differ"
 
 
+@pytest.mark.slow
 def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -> None:
     """No other way breaks the region less; a region below the path finds the mirror images of one above."""
     above, below = (-1.0, 0.05, 2.0, 3.0), (-1.0, -3.0, 2.0, -0.05)
@@ -129,6 +130,7 @@ def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: Simpl
     assert ends.max() < 4 * laid.deviation.max()
 
 
+@pytest.mark.slow
 def test_an_arc_that_turns_over_is_none(batch: Any) -> None:
     problem, found = batch(ANY, count=20, families=["four-bar"])
     over = np.ones(len(found), bool)

@@ -204,7 +204,7 @@ def test_cranks_that_stand_for_sliders_are_no_answer() -> None:
 @pytest.mark.slow
 def test_room_is_swept_as_dense_positions_say_where_a_slide_runs_fast(random_linkages: Any) -> None:
     """A swinging block near its pivot turns, and lets its slide run, within a small part of the stroke."""
-    linkage = random_linkages("swinging-block", 3000, 5)
+    linkage = random_linkages("swinging-block", 800, 5)
     z = linkage.points
     point = z[:, 0, 1] + np.random.default_rng(5).normal(size=(len(linkage), 2)) @ [1, 1j]
     limits = Constraints(swept_in=(-3, -3, 4, 3))
@@ -212,6 +212,6 @@ def test_room_is_swept_as_dense_positions_say_where_a_slide_runs_fast(random_lin
     nowhere = np.full(len(linkage), complex(np.nan, np.nan))
     found = measured(problem, Origin.made(linkage, "general"), linkage, point, nowhere)
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
-    assert len(found) > 500
+    assert len(found) > 100
     told, dense = (swept_violations(problem, found, nodes)["swept_in"] for nodes in (SWEPT_GRID.intervals, 512))
     np.testing.assert_array_less(np.abs(told - dense), 2e-4 * found.measures.size)

@@ -29,6 +29,7 @@ def between(one: Any, other: Any, stroke: float = 1.0, mirror: bool = True) -> f
     return float(distances(normal_form(one[None], stroke), normal_form(other[None], stroke), mirror=mirror)[0, 0])
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_it_is_a_metric(seed: int) -> None:
     form = normal_form(designs(seed, 6), 1.0)
@@ -41,6 +42,7 @@ def test_it_is_a_metric(seed: int) -> None:
         assert (d[:, None] <= d[:, :, None] + d[None] + 1e-9).all() or mirror is None
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([(1, -1), (-1, 1), (-1, -1)]), st.booleans(), st.floats(0.01, 1000))
 def test_mirror_image_exchange_and_scale_are_no_difference(
     seed: int, signs: tuple[int, int], exchange: bool, scale: float
@@ -63,6 +65,7 @@ def test_an_arc_is_not_mirrored_in_its_chord() -> None:
     assert between(one, image) < 1e-7 < 0.1 < between(one, image, mirror=False)
 
 
+@pytest.mark.slow
 @given(SEEDS, st.floats(0, 0.01), st.floats(0, 6.3))
 def test_near_the_path_it_is_the_distance_over_the_stroke(seed: int, step: float, angle: float) -> None:
     one = designs(seed, 1)[0]

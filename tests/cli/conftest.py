@@ -36,6 +36,11 @@ class Ran:
         return lines[0]
 
 
+@pytest.fixture(autouse=True)
+def _brief(brief: None) -> None:
+    """Search briefly: what the command makes of answers is tested here."""
+
+
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran]:
     """Return the command as a function; warnings are shown as they are to a user."""

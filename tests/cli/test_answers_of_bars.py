@@ -14,6 +14,8 @@ import pytest
 from catalogue.find.answers import remember, save
 from tests.plugins.test_answers_of_bars import answer
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", ["show", "trace", "export", "sheet", "measure"])

@@ -74,6 +74,7 @@ def test_units_go_through(run: Run, tmp_path: Path) -> None:
     assert inch[0]["unit"] == "in"
 
 
+@pytest.mark.slow
 def test_several_mechanisms_are_measured_in_one_run(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "legs.json"
     file.write_text(json.dumps([JANSEN, CHEBYSHEV]))

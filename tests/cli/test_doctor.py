@@ -77,6 +77,7 @@ def test_a_file_that_was_changed_is_not_called_sound(run: Run, file: Path, chang
     assert "\x1b[2J" not in done.out
 
 
+@pytest.mark.slow
 def test_an_older_file_is_not_upgraded(run: Run, tmp_path: Path, at_revision: Callable[[Path, str], Path]) -> None:
     old = at_revision(tmp_path / "old.db", "0002")
     done = run("doctor", "--db", old, "--format", "json")
@@ -87,6 +88,7 @@ def test_an_older_file_is_not_upgraded(run: Run, tmp_path: Path, at_revision: Ca
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() == ("0002",)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path(os.devnull).is_char_device(), reason="only here it is a file")
 def test_a_device_is_no_database(run: Run) -> None:
     done = run("doctor", "--db", os.devnull)

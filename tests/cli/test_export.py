@@ -72,6 +72,7 @@ def test_sqlite_is_whole_by_itself(run: Run, small_db: Path, tmp_path: Path) -> 
     assert file.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_parquet_keeps_every_number(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="comes with the extra `parquet`, of which `test` is made")
     file = tmp_path / "guides.parquet"

@@ -163,12 +163,11 @@ def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
-@pytest.mark.parametrize("output", ["json", "csv", "table"])
-def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, output: str) -> None:
-    done = run(*LINE, "--max-size", 10, "--format", output, "--db", small_db)
-    assert done.code == 1
-    assert {"json": "[]\n", "table": ""}.get(output, ",".join(["code", *COLUMNS]) + "\n") == done.out
-    assert len(done.err.splitlines()) == 1
+def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path) -> None:
+    for output, printed in (("json", "[]\n"), ("table", ""), ("csv", ",".join(["code", *COLUMNS]) + "\n")):
+        done = run(*LINE, "--max-size", 10, "--format", output, "--db", small_db)
+        assert (done.code, done.out) == (1, printed)
+        assert len(done.err.splitlines()) == 1
     relaxed = re.fullmatch(
         r"catalogue: no guide found; tested remedies: --max-size (\S+) \(asked 10\); a smaller change may suffice",
         done.err.strip(),
@@ -180,27 +179,16 @@ def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, out
 
 BAD: list[tuple[tuple[Any, ...], str]] = [
     (("--stroke", "-150"), "stroke must be a finite number above zero, not -150"),
-    (("--stroke", "nan"), "stroke must be a finite number above zero, not nan"),
-    (("--deviation", "inf"), "deviation must be a finite number above zero, not inf"),
     (("--deviation", "50"), "a deviation of 50 over a stroke of 150 is no guidance"),
-    (("--fixed-pivots-in", 0, 0, 0, 5), "fixed_pivots_in is empty"),
     (("--pivots-in", 0, 0, "nan", 5), "pivots_in has a coordinate that is not a number"),
-    (("--min-transmission", 95), "min_transmission must be between 0 and 90 degrees, not 95"),
-    (("--max-size", 0), "max_size must be a finite number above zero, not 0"),
     (("--min-link", 9, "--max-link", 3), "min_link 9 is above max_link 3"),
-    (("--min-ground", 9, "--max-ground", 3), "min_ground 9 is above max_ground 3"),
     (("--rank-by", "beauty"), "cannot rank by beauty; choose from score, balance, size"),
     (("--desire", "beauty=1:2"), "no desirability is made of 'beauty'"),
-    (("--desire", "size=8:1"), "the best size must lie below the worst"),
     (("--pareto", "size"), "a front needs two criteria or more"),
     (("--pareto", "size,deviation", "--rank-by", "size=2"), "--pareto weighs no criterion: leave out --rank-by"),
     (("--distinct", 2), "distinct must be a number from 0 to below 1, not 2.0"),
     (("--family", "five-bar"), "the database holds no family 'five-bar'; it holds"),
-    (("--series", "V.zz"), "the database holds no series 'V.zz'; it holds"),
-    (("--configuration", "Q"), "the database holds no configuration 'Q'"),
     (("--limit", 0), "limit must be at least 1, not 0"),
-    (("--order", -1), "order must be at least 0, not -1"),
-    (("--per-series", -2), "per_series must be at least 0, not -2"),
 ]
 
 

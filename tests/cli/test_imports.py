@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 MINE = '{"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}'
 PLANAR = [
     "find straight-line --stroke 150 --deviation 0.5 --limit 3",
@@ -33,7 +35,6 @@ for words in sys.argv[1:]:
 """
 
 
-@pytest.mark.slow
 def test_no_planar_command_imports_an_optimiser(environment: dict[str, str], small_db: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.json").write_text(MINE)
     done = subprocess.run(
@@ -45,7 +46,6 @@ def test_no_planar_command_imports_an_optimiser(environment: dict[str, str], sma
     assert told == [f"{words} 0 False" for words in PLANAR], done.stderr
 
 
-@pytest.mark.slow
 def test_no_card_imports_an_optimiser(environment: dict[str, str], small_db: Path, tmp_path: Path) -> None:
     code = (
         "import sys, catalogue; cat = catalogue.open(); "

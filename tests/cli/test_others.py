@@ -147,6 +147,7 @@ def test_links_and_what_they_lead_to_are_left_alone(run: Run, tmp_path: Path, wo
     assert sorted(tmp_path.iterdir()) == [link, other]
 
 
+@pytest.mark.slow
 def test_nothing_is_left_open(environment: dict[str, str]) -> None:
     command = [sys.executable, "-X", "dev", "-W", "error", "-m", "catalogue", "show", "watt", "--bolts"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
@@ -178,6 +179,7 @@ def classified(done: Any) -> list[dict[str, Any]]:
     return rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
@@ -207,6 +209,7 @@ def test_classify_reads_what_find_prints(run: Run, small_db: Path) -> None:
     assert [r["family"] for r in rows] == [c["family"] for c in candidates]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("heading", ["", "x1,y1,x1*,y1*,x2,y2,x2*,y2*\n"])
 def test_classify_reads_csv(run: Run, heading: str) -> None:
     rows = classified(
@@ -264,6 +267,7 @@ def test_classify_lists_what_is_guided(run: Run) -> None:
         assert message in done.line
 
 
+@pytest.mark.slow
 def test_classify_prints_tables_and_csv(run: Run) -> None:
     text = json.dumps([WATT, EVANS])
     done = run("classify", "-", stdin=text)
@@ -404,6 +408,7 @@ def test_plugins_prints_a_table(run: Run, folder: Path) -> None:
     assert rows[0] == ["plugin", "version", "adds", "from"]
 
 
+@pytest.mark.slow
 def test_a_plugin_folder_that_is_not_there(run: Run, tmp_path: Path) -> None:
     for command in (("plugins",), ("classify", "-"), ("build", "--db", tmp_path / "some.db")):
         done = run(*command, "--plugins", tmp_path / "absent", stdin=json.dumps(WATT))
@@ -618,6 +623,7 @@ def test_the_card_of_an_answer_keeps_the_meanings_and_few_digits(
     assert len(repr(exact["deviation"])) > 12
 
 
+@pytest.mark.slow
 def test_a_sort_without_guides_is_named_with_its_value(run: Run, small_db: Path) -> None:
     asked = ("find", "straight-line", "--stroke", 1, "--deviation", 0.01, "--db", small_db)
     done = run(*asked, "--series", "II.ooo", "--family", "four-bar")

@@ -19,6 +19,7 @@ Run = Callable[..., Any]
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 
 
+@pytest.mark.slow
 def test_measure_prints_what_a_linkage_is_and_where_it_guides(run: Run, mine: Path) -> None:
     done = run("measure", mine, "--stroke", 120)
     assert done.code == 0
@@ -114,6 +115,7 @@ def test_many_linkages_from_csv(run: Run, tmp_path: Path, delimiter: str) -> Non
     assert len(rows) >= 10
 
 
+@pytest.mark.slow
 def test_a_heading_names_lengths(run: Run, tmp_path: Path) -> None:
     file = tmp_path / "many.csv"
     file.write_text(
@@ -147,6 +149,7 @@ def test_what_cannot_be_measured_is_one_line(run: Run, text: str, options: Any, 
     assert said in done.line
 
 
+@pytest.mark.slow
 def test_a_stroke_that_nothing_offers_ends_with_1(run: Run, mine: Path) -> None:
     done = run("measure", mine, "--stroke", 5000)
     assert done.code == 1
@@ -199,6 +202,7 @@ def test_what_is_saved_is_not_drawn_over(run: Run, mine: Path, tmp_path: Path, c
     assert not file.exists()
 
 
+@pytest.mark.slow
 def test_answers_without_a_home_have_no_codes(
     run: Run, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

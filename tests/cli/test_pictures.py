@@ -13,6 +13,7 @@ Run = Callable[..., Any]
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 
 
+@pytest.mark.slow
 def test_show_draws_what_moves(run: Run, code: str, tmp_path: Path) -> None:
     picture = tmp_path / "guide.svg"
     done = run("show", code, "--plot", picture, "--moving")

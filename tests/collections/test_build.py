@@ -17,6 +17,8 @@ from catalogue import Catalogue, InvalidRequest, PluginError
 from catalogue.collections.spec import Collection, Specimen
 from catalogue.populate.collect import COLLECTING, collect, is_current, state, stored
 
+pytestmark = pytest.mark.slow
+
 Make = Callable[..., Catalogue]
 
 
@@ -42,7 +44,6 @@ def test_a_block_of_one_specimen_is_stored(make: Make, swings: Collection) -> No
         assert done.rows == len(content(cat)) >= 4
 
 
-@pytest.mark.slow
 def test_same_seed_and_count_same_content(make: Make) -> None:
     with make("one") as one, make("other") as other, make("third") as third:
         for cat, seed in ((one, 3), (other, 3), (third, 4)):
@@ -55,7 +56,6 @@ def test_same_seed_and_count_same_content(make: Make) -> None:
         assert all(number >= 450 for number, _ in families.values())
 
 
-@pytest.mark.slow
 def test_an_interrupted_build_goes_on(make: Make) -> None:
     class Stop(Exception):
         pass
@@ -78,7 +78,6 @@ def test_an_interrupted_build_goes_on(make: Make) -> None:
         assert (again.rows, again.guides) == (0, len(content(whole)))
 
 
-@pytest.mark.slow
 def test_more_adds_and_another_seed_or_plan_replaces(make: Make, swings: Collection) -> None:
     with make() as cat:
         cat.build_collection("swings", count=100)
@@ -95,7 +94,6 @@ def test_more_adds_and_another_seed_or_plan_replaces(make: Make, swings: Collect
         assert collect(cat.database, replace(swings, plan="2"), "1.1", count=100).rows == len(before)
 
 
-@pytest.mark.slow
 def test_what_another_version_drew_is_drawn_again_on_use(make: Make, swings: Collection) -> None:
     with make() as cat:
         assert not is_current(cat.database, swings, "1.0")
@@ -109,7 +107,6 @@ def test_what_another_version_drew_is_drawn_again_on_use(make: Make, swings: Col
         assert content(cat) == old  # same seed, same draws
 
 
-@pytest.mark.slow
 def test_other_collections_are_left_alone(make: Make, swings: Collection) -> None:
     with make() as cat:
         cat.build_collection("swings", count=100)
@@ -118,7 +115,6 @@ def test_other_collections_are_left_alone(make: Make, swings: Collection) -> Non
         assert set(stored(cat.database, "swings")) == set(stored(cat.database, "more-swings"))
 
 
-@pytest.mark.slow
 def test_a_family_that_gives_nothing_comes_to_an_end(make: Make, swings: Collection) -> None:
     asked = []
 
@@ -132,7 +128,6 @@ def test_a_family_that_gives_nothing_comes_to_an_end(make: Make, swings: Collect
         assert done.guides == stored(cat.database, "swings")["pendulum"][0]
 
 
-@pytest.mark.slow
 def test_a_collection_that_raises_or_lies_is_named(make: Make, swings: Collection) -> None:
     def raising(family: str, rng: np.random.Generator, count: int) -> Sequence[Specimen]:
         raise RuntimeError(f"no {family} for {count} with {rng}")
@@ -148,7 +143,6 @@ def test_a_collection_that_raises_or_lies_is_named(make: Make, swings: Collectio
         assert content(cat) == []
 
 
-@pytest.mark.slow
 def test_two_first_uses_at_once_store_each_specimen_once(make: Make) -> None:
     def report(_: Any) -> None:  # a second process, whenever the first has stored a block
         with make() as second:
@@ -160,7 +154,6 @@ def test_two_first_uses_at_once_store_each_specimen_once(make: Make) -> None:
         assert content(cat) == content(alone)
 
 
-@pytest.mark.slow
 def test_drawing_otherwise_meanwhile_is_said(make: Make) -> None:
     def report(_: Any) -> None:
         with make() as second:

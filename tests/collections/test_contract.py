@@ -101,6 +101,7 @@ ASKED = """
 """
 
 
+@pytest.mark.slow
 def test_the_hook_is_called_only_when_a_collection_is_asked_for(
     write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -112,6 +113,7 @@ def test_the_hook_is_called_only_when_a_collection_is_asked_for(
     assert sys.modules.pop("a_collection_was_asked_for")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("body", "reason"),
     [
@@ -134,6 +136,7 @@ def test_a_broken_collection_is_a_record_and_leaves_the_others(
     assert record.collections == []
 
 
+@pytest.mark.slow
 def test_of_a_plugin_whose_collection_fails_nothing_counts(write: Callable[..., Path]) -> None:
     series = """
     from catalogue.series.series import Member, Series
@@ -151,6 +154,7 @@ def test_of_a_plugin_whose_collection_fails_nothing_counts(write: Callable[..., 
     assert "test.1" not in registry.series
 
 
+@pytest.mark.slow
 def test_two_plugins_of_one_collection_are_an_error_that_names_both(write: Callable[..., Path]) -> None:
     place = write("again.py", "")
     (place / "again.py").write_text((DROPIN / "swings.py").read_text("utf-8"), "utf-8")
@@ -158,6 +162,7 @@ def test_two_plugins_of_one_collection_are_an_error_that_names_both(write: Calla
         Registry([str(DROPIN), str(place)]).collections  # noqa: B018, looking is what raises
 
 
+@pytest.mark.slow
 def test_an_unknown_collection_is_an_error_that_lists_the_known_ones() -> None:
     registry = Registry([str(DROPIN)])
     with pytest.raises(PluginError, match=r"no plugin provides the collection gears; there are .*swings"):

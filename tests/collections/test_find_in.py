@@ -101,6 +101,7 @@ def test_names_narrow_and_special_cases_are_said(swings: Catalogue) -> None:
     assert {p.family for p in swings.find_in("swings", LINE, series=["curtate"])} == {"roller"}
 
 
+@pytest.mark.slow
 def test_a_given_radius_is_kept(swings: Catalogue) -> None:
     found = swings.find_in("swings", CircularArc(100, 0.3, 250), limit=1000)
     assert found
@@ -164,6 +165,7 @@ def test_explanations(swings: Catalogue) -> None:
     assert "relax family" in nothing
 
 
+@pytest.mark.slow
 def test_what_fails_on_the_finite_motion_is_not_shown(swings: Catalogue) -> None:
     """Though its stored numbers are fine."""
     collection = swings.registry.collection("swings")
@@ -215,6 +217,7 @@ def test_a_wish_that_cannot_be_meant(swings: Catalogue, wish: dict[str, Any], me
         swings.find_in("swings", LINE, **wish)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wish", [{"where": {"beauty": (1, 2)}}, {"rank_by": "beauty"}, {"limit": 0}, {"families": "x"}]
 )

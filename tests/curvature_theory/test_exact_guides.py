@@ -135,6 +135,7 @@ def test_curvature_gives_either_branch_of_a_dead_point() -> None:
         catalogue.curvature(linkage, 2)
 
 
+@pytest.mark.slow
 def test_what_both_branches_of_a_dead_point_guide_is_listed() -> None:
     linkage = mobile()[:10]
     found = catalogue.classify(linkage).guided()

@@ -612,6 +612,7 @@ def test_measured_deviation_tends_to_the_law(code: str, label: str, split: bool)
         assert np.nanmedian(np.abs(off[1])) < 0.5 * np.nanmedian(np.abs(off[0]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("m", [3, 4, 5, 6])
 def test_levels_are_those_of_chebyshev(m: int) -> None:
     """Smallest largest error of u^m beside lower powers, by linear programming's own dual: alternation."""

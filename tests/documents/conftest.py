@@ -134,6 +134,11 @@ def compare(shown: str, printed: str, *, exact: bool) -> None:
         assert any(re.match(pattern, one) for one in plain), f"{wanted!r} is not in\n{printed}"
 
 
+@pytest.fixture(autouse=True)
+def _brief(brief: None) -> None:
+    """Search briefly: numbers of the pages hang on the database anyway."""
+
+
 @pytest.fixture
 def session(tmp_path: Path, small_db: Path, monkeypatch: pytest.MonkeyPatch) -> Session:
     """Return a session in a folder with what pages take for granted, and the database of the tests."""

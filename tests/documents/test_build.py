@@ -17,6 +17,8 @@ from catalogue.plugin.registry import Registry
 from catalogue.series.named_guides import named_guides
 from catalogue.store.schema import described
 
+pytestmark = pytest.mark.slow
+
 SOURCES = Path(__file__).resolve().parents[2] / "data" / "documents"
 
 
@@ -46,7 +48,6 @@ def _text(page: str) -> str:
     return re.sub(r"<[^>]+>", "", page)
 
 
-@pytest.mark.slow
 def test_every_series_has_its_page_and_plate(built: Path) -> None:
     index = (built / "made" / "series.html").read_text("utf-8")
     for code, series in Registry().series.items():
@@ -58,7 +59,6 @@ def test_every_series_has_its_page_and_plate(built: Path) -> None:
         assert (built / "_images" / f"plate-{name}.svg").stat().st_size > 10_000
 
 
-@pytest.mark.slow
 def test_every_named_guide_has_its_picture_and_source(built: Path) -> None:
     page = (built / "made" / "named.html").read_text("utf-8")
     for name in named_guides():
@@ -67,7 +67,6 @@ def test_every_named_guide_has_its_picture_and_source(built: Path) -> None:
     assert page.count("Source: ") == len(named_guides())
 
 
-@pytest.mark.slow
 def test_every_option_column_and_public_name_is_told(built: Path) -> None:
     commands = (built / "made" / "commands.html").read_text("utf-8")
     own = (Path(catalogue.__file__).parent / "cli" / "README.md").read_text("utf-8")
@@ -83,7 +82,6 @@ def test_every_option_column_and_public_name_is_told(built: Path) -> None:
         assert re.search(rf'id="catalogue\.(\w+\.)*{name}"', names), name
 
 
-@pytest.mark.slow
 def test_pages_ask_no_other_host(built: Path) -> None:
     for page in built.rglob("*.html"):
         loaded = re.findall(r'<(?:script|img|link|iframe)[^>]+(?:src|href)="(https?://[^"]+)"', page.read_text("utf-8"))

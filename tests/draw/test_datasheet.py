@@ -35,6 +35,7 @@ def number(text: str) -> float:
     return float(text.replace("−", "-").removeprefix("±"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "unit", "scale"), [("a4", "mm", None), ("letter", "in", "1:100"), ("a4", "cm", None)]
 )

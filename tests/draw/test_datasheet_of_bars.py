@@ -125,6 +125,7 @@ def test_long_tables_leave_the_drawing_its_room_and_say_what_is_missing() -> Non
     assert all(name in str(sheet_html(big)) for name in big.lengths)
 
 
+@pytest.mark.slow
 def test_no_row_is_written_over_another() -> None:
     figure = sheet_figure(step())
     lowest = min(t.get_position()[1] for t in figure.texts if t.get_text() == "lower F foot")

@@ -279,6 +279,7 @@ def test_further_coupler_points_draw_their_paths() -> None:
     assert nearest(way, drawn).max() < 2 * ROUNDING  # every pose is on the path
 
 
+@pytest.mark.slow
 def test_size_is_kept() -> None:
     for made in ALL:
         root = ET.fromstring(moving_svg(made, width=300, height=200))

@@ -186,6 +186,7 @@ def test_what_has_no_stroke_is_drawn_too(made: PlacedGuide) -> None:
     assert "error" not in {line.get_gid() for line in axes.lines}
 
 
+@pytest.mark.slow
 def test_a_guide_is_drawn_into_axes() -> None:
     figure = Figure(figsize=(6, 3))
     left, right = figure.subplots(1, 2)

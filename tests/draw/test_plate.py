@@ -150,6 +150,7 @@ def test_cells_hold_pivots_and_guided_pairs_of_their_curves(code: str) -> None:
                 assert abs(b * (a.imag + abs(a) ** 2) - a * a.imag) < 1e-7 * (1 + abs(a) ** 3)
 
 
+@pytest.mark.slow
 def test_the_name_of_a_pair_outside_the_frame_stands_inside_on_the_side_of_the_pair() -> None:
     cell = max(shown("II.xy"), key=lambda one: one.linkage.size[0])
     for way in np.exp([0.2j, 1.8j, 4j]):
@@ -344,6 +345,7 @@ def test_unknown_series_is_answered_with_those_there_are(monkeypatch: pytest.Mon
         command(monkeypatch, "plate", "II.zz")
 
 
+@pytest.mark.slow
 def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for module in ("matplotlib.figure", "matplotlib.backends.backend_agg"):
         monkeypatch.setitem(sys.modules, module, None)

@@ -119,6 +119,7 @@ def test_deviation_is_magnified_by_what_the_strip_says(made: Candidate) -> None:
     assert high > made.deviation
 
 
+@pytest.mark.slow
 def test_bearings_stand_the_right_way_up() -> None:
     for made in (MADE["four-bar"], ARC):
         figure = draw(made)
@@ -194,6 +195,7 @@ def test_the_ends_of_the_scale_are_three_points_high(made: Candidate) -> None:
     assert np.ptp(ends[:, 0]) > 50
 
 
+@pytest.mark.slow
 @every
 def test_svg_holds_every_part(made: Candidate, tmp_path: Path) -> None:
     draw(made, tmp_path / "guide.svg")
@@ -203,6 +205,7 @@ def test_svg_holds_every_part(made: Candidate, tmp_path: Path) -> None:
     assert found["path"].find("{http://www.w3.org/2000/svg}path") is not None
 
 
+@pytest.mark.slow
 @every
 def test_nothing_is_cut_off(made: Candidate) -> None:
     figure = draw(made)
@@ -291,6 +294,7 @@ def run(code: str) -> None:
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[2])
 
 
+@pytest.mark.slow
 def test_importing_does_not_import_matplotlib() -> None:
     run("import catalogue.draw, sys; assert not [m for m in sys.modules if m.startswith('matplotlib')]")
 

@@ -66,6 +66,7 @@ def given_distances(bar: str) -> list[float]:
     return sorted(length for name, length in GIVEN.items() if name.split()[0] == bar)
 
 
+@pytest.mark.slow
 def test_blocks_of_a_dxf_have_the_given_lengths() -> None:
     document, holes = holes_of_dxf(str(leg().export(format="dxf", unit="mm")))
     assert document.header["$INSUNITS"] == 4
@@ -243,6 +244,7 @@ def test_a_format_of_two_dyads_is_refused_with_those_that_there_are() -> None:
         leg().export(format="pylinkage")
 
 
+@pytest.mark.slow
 def test_bars_that_coincide_in_a_joint_have_one_hole() -> None:
     joints = {**leg().joints, "toe": leg().joints["foot"]}
     bars = {**leg().bars, "lower": ["G", "F", "foot", "toe"]}

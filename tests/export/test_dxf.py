@@ -44,6 +44,7 @@ def pivots(guide: catalogue.PlacedGuide) -> list[complex]:
     return [complex(x, y) for dyad in guide.pivots for x, y, w in dyad if w] + [complex(*guide.guided)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_pivots_are_recovered(six: Six, read_dxf: Read, family: str) -> None:
     guide = six[family]
@@ -72,6 +73,7 @@ def test_a_block_begins_in_its_first_pivot_and_runs_to_its_second(six: Six, read
     assert len(holes) == 1 + guide.linkage.finite[0, :, 1].sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "code", "metric"), [("mm", "4", "1"), ("in", "1", "0"), ("m", "6", "1")])
 def test_units_are_told_and_nothing_is_converted(six: Six, read_dxf: Read, unit: str, code: str, metric: str) -> None:
     drawing = read_dxf(text(six["four-bar"], unit=unit))
@@ -253,6 +255,7 @@ def test_a_rounded_hull_has_the_area_of_steiner(places: int) -> None:
         assert covered == pytest.approx((hull.volume if hull else 0.0) + r * around + math.pi * r**2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_linkage_without_a_stroke_is_drawn_over_its_circuit(read_dxf: Read) -> None:
     guide = catalogue.guide(CRANK_ROCKER)
     (path,) = read_dxf(text(guide)).of("SPLINE")
@@ -261,6 +264,7 @@ def test_a_linkage_without_a_stroke_is_drawn_over_its_circuit(read_dxf: Read) ->
     assert abs(np.diff(read_spline(path)[2][[0, -1]])[0]) < 1e-12
 
 
+@pytest.mark.slow
 def test_a_dwell_has_rod_and_rocker(read_dxf: Read) -> None:
     base = catalogue.guide(CRANK_ROCKER)
     dwell = DwellCandidate(

@@ -17,6 +17,8 @@ from catalogue import Catalogue, StandStill
 from catalogue.find.dwell_results import DwellCandidate
 from catalogue.find.placed import PlacedGuide
 
+pytestmark = pytest.mark.slow
+
 #: Positions of the crank over its turn.
 TURN = 72
 
@@ -117,7 +119,6 @@ def test_no_two_links_of_a_level_meet_over_the_turn(naive: SimpleNamespace, name
     assert meetings(naive, guide) == []
 
 
-@pytest.mark.slow
 def test_no_two_links_of_a_dwell_meet_on_a_level(small: Catalogue, naive: SimpleNamespace) -> None:
     found = small.find_dwells(StandStill(60, 1.0, 20), families=["four-bar"], limit=4)
     assert found
@@ -126,7 +127,6 @@ def test_no_two_links_of_a_dwell_meet_on_a_level(small: Catalogue, naive: Simple
         assert meetings(naive, one) == []
 
 
-@pytest.mark.slow
 def test_the_files_tell_the_levels(six: dict[str, catalogue.Stretch]) -> None:
     for family, guide in six.items():
         told = links_of(guide)

@@ -158,6 +158,7 @@ def test_pylinkage_agrees_with_the_deviation(six: Six, arc: catalogue.Stretch, t
     assert "AssertionError" in run(wrong, tmp_path).stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unit", [1.0, 1e-4])
 @pytest.mark.parametrize("shift", [0, 1000 + 1000j, 1000 - 1000j, -1000 + 1000j, -1000 - 1000j])
 def test_the_arc_of_a_script_is_where_the_guide_is(arc: catalogue.Stretch, shift: complex, unit: float) -> None:
@@ -182,6 +183,7 @@ def test_families_that_pylinkage_cannot_move_are_refused(six: Six, family: str) 
         six[family].export(format="pylinkage")
 
 
+@pytest.mark.slow
 def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
     with pytest.raises(InvalidRequest, match="passes a change point"):
         replace(six["four-bar"], pole=[0.0, 0.0]).export(format="pylinkage")
@@ -199,6 +201,7 @@ def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
         through.export(format="pylinkage")
 
 
+@pytest.mark.slow
 def test_the_crank_that_keeps_off_dead_points_drives() -> None:
     """On the third stretch crank 2 comes near one, crank 1 does not."""
     links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}

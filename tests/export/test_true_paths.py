@@ -110,6 +110,7 @@ def test_the_stated_share_is_told_where_rows_are_asked_for() -> None:
     assert "8/(samples - 1)" in str(OwnGuide.motion.__doc__)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("k", range(16))
 def test_a_nearly_equal_triple_rocker_is_whole_in_every_file(k: int, read_dxf: Any) -> None:
     pytest.importorskip("ezdxf", reason="comes with the extra `cad`, of which `test` is made")

@@ -138,6 +138,7 @@ def test_solids_are_built_in_millimetres(inches: catalogue.Stretch, monkeypatch:
     assert chord([place[:2] for place in places]) == pytest.approx(25.4 * chord(inches.path()), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", ["dxf", "freecad", "solidworks", "fusion"])
 def test_a_file_that_must_have_a_unit_says_where_it_took_one(format: str, inches: catalogue.Stretch) -> None:
     unknown = replace(inches, unit=None)

@@ -6,6 +6,7 @@ import cmath
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partialmethod
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,6 +15,8 @@ import pytest
 
 from catalogue import Candidate, Catalogue, Found
 from catalogue.problem.path import PathRequest
+from catalogue.search.search import Search
+from tests.conftest import BRIEF
 
 
 @dataclass
@@ -35,15 +38,14 @@ class Again:
 
 
 @pytest.fixture(scope="session")
-def ask(small: Catalogue) -> Callable[..., Found]:
-    """Return `small.find`, of which each question is asked once in all the tests."""
-    answers: dict[str, Found] = {}
+def ask(small: Catalogue, answers: Callable[..., Found]) -> Callable[..., Found]:
+    """Return `small.find` by brief searches, of which each question is asked once in all the tests."""
 
     def asked(request: PathRequest, **wanted: Any) -> Found:
-        key = repr((request, sorted(wanted.items(), key=lambda item: item[0])))
-        if key not in answers:
-            answers[key] = small.find(request, **wanted)
-        return answers[key]
+        question = ("ask", request, sorted(wanted.items(), key=lambda item: item[0]))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Search, "__init__", partialmethod(Search.__init__, budget=BRIEF))
+            return answers(question, lambda: small.find(request, **wanted))
 
     return asked
 

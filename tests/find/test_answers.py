@@ -120,6 +120,7 @@ def test_an_answer_whose_record_is_damaged_is_named(file: Path) -> None:
             answers.recall(code)
 
 
+@pytest.mark.slow
 def test_files_of_answers_are_read_again(ask: Callable[..., Found], tmp_path: Path) -> None:
     found, file = ask(LINE), tmp_path / "found.json"
     found.save(file)
@@ -184,6 +185,7 @@ def test_a_record_that_was_changed_is_told(small: Catalogue, name: str, value: A
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("brief")
 def test_honest_records_of_every_way_to_ask_are_read(small: Catalogue) -> None:
     arc, frame = CircularArc(100, 0.5), StraightLine.between((20, 15), (-200, 300), 0.5)
     guide = catalogue.guide(MINE)

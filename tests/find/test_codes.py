@@ -78,6 +78,7 @@ def test_a_file_without_the_mark_is_taken_over_with_its_records(file: Path) -> N
     assert run(file, "PRAGMA application_id") == [(codes.APPLICATION_ID,)]
 
 
+@pytest.mark.slow
 def test_repeats_take_no_place_of_others(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(codes, "CODES", codes.CODES._replace(kept=10))
     old = codes.keep(["of last year"])

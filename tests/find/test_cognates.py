@@ -10,10 +10,11 @@ import pytest
 from catalogue import Candidate, CircularArc, Found, StraightLine
 from tests.find.test_find import check
 
+pytestmark = pytest.mark.slow
+
 Ask = Callable[..., Found]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wish"),
     [

@@ -15,6 +15,8 @@ from catalogue.find.placed import PlacedGuide
 from catalogue.problem.constraints import Constraints
 from tests.find.conftest import at_home
 
+pytestmark = pytest.mark.slow
+
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 SLIDER = {"crank": 60, "coupler": 200, "offset": 10, "along": 260, "across": 30}
 TRAMMEL = OwnGuide([[[1, 0, 0], [0, 60, 1]], [[0, 1, 0], [80, 0, 1]]], [100, -20])
@@ -25,13 +27,11 @@ def mine() -> OwnGuide:
     return catalogue.guide(MINE)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hold", "same"),
     [
         ((), ()),
         ("fixed-pivots", ("frame",)),
-        (("crank1", "frame"), ("crank 1", "frame")),
         (("crank 1", "crank-2", "coupler", "frame"), ("crank 1", "crank 2", "coupler", "frame")),
     ],
 )
@@ -64,12 +64,11 @@ def carried(guide: OwnGuide, turn: complex, shift: complex, mirror: bool) -> Own
     return OwnGuide(guide.linkage.moved(turn, shift, np.array([mirror])).pivots[0].tolist(), [z.real, z.imag])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("hold", ["fixed-pivots", ("crank1", "frame"), ()], ids=str)
+@pytest.mark.parametrize("hold", ["fixed-pivots", ()], ids=str)
 def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> None:
-    """Turned, run the other way, ten times as large or mirrored it becomes the same."""
+    """Run the other way, turned and ten times as large, or mirrored it becomes the same."""
     scores = []
-    for turn, mirror in ((1, False), (np.exp(0.9j), False), (-1, False), (10 * np.exp(-0.4j), False), (1, True)):
+    for turn, mirror in ((1, False), (10 * np.exp(2.7j), False), (1, True)):
         scale = abs(turn)
         moved = carried(mine, turn, (300 - 70j) * scale, mirror)
         found = improve(moved, StraightLine(120 * scale, 0.4 * scale), hold=hold)
@@ -78,24 +77,21 @@ def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> Non
     assert min(scores) > 0.999 * max(scores)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("request_", [StraightLine(100, 0.5), CircularArc(100, 0.5, 150)], ids=["line", "arc"])
 def test_an_answer_is_improved_from_its_own_stretch(small: Catalogue, request_: Any) -> None:
     """That is where it scores best, and seldom where it runs straightest."""
-    for answer in small.find(request_, families=["slider-crank", "four-bar"], limit=4):
+    for answer in small.find(request_, families=["slider-crank", "four-bar"], limit=2):
         found = improve(answer, request_, hold="fixed-pivots")
         assert found.before.deviation == pytest.approx(answer.deviation, rel=1e-3)
         assert found.before.score == pytest.approx(answer.score, abs=0.01)
         assert found.improved.score >= found.before.score - 0.001
 
 
-@pytest.mark.slow
 def test_the_smallest_deviation_is_sought_if_that_is_ranked(mine: OwnGuide) -> None:
     found = improve(mine, StraightLine(120, 12), hold=("crank 1", "frame"), rank_by="deviation")
     assert found.improved.deviation < 0.1 * found.before.deviation
 
 
-@pytest.mark.slow
 def test_sliders_and_arcs(mine: OwnGuide) -> None:
     slider = catalogue.guide(SLIDER)
     found = improve(slider, StraightLine(50, 1), hold="fixed-pivots", rank_by="deviation")
@@ -109,14 +105,12 @@ def test_sliders_and_arcs(mine: OwnGuide) -> None:
     assert arc.improved.deviation <= 0.3
 
 
-@pytest.mark.slow
 def test_constraints_are_met_as_measured(mine: OwnGuide) -> None:
     found = improve(mine, StraightLine(120, 0.3), hold="frame", min_transmission=60, max_size=260)
     assert found.improved.min_transmission >= 60 - 1e-6
     assert found.improved.size <= 260 * (1 + 1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("within", [0.0, 15.0])
 def test_a_path_that_stays_in_place(mine: OwnGuide, within: float) -> None:
     at = mine.measure(stroke=120)[0]
@@ -131,7 +125,6 @@ def test_a_path_that_stays_in_place(mine: OwnGuide, within: float) -> None:
     assert np.abs(path.imag).max() == pytest.approx(after.deviation, rel=1e-3)
 
 
-@pytest.mark.slow
 def test_the_catalogue_stands_beside_under_the_same_conditions(mine: OwnGuide, small: Catalogue) -> None:
     found = improve(mine, StraightLine(120, 0.3), hold="frame", catalogue=small)
     assert found.which[-1] == "catalogue"
@@ -156,7 +149,6 @@ def test_what_is_shown_first_is_the_guide_where_it_stands(guide: OwnGuide, beari
     np.testing.assert_allclose(shown.pivots, seen.pivots, atol=1e-6)
 
 
-@pytest.mark.slow
 def test_copies_have_the_pivots_that_are_held(mine: OwnGuide) -> None:
     at = mine.measure(stroke=120)[0]
     request = StraightLine(120, 0.3, (at.start[0], at.start[1]), at.along)
@@ -189,7 +181,6 @@ def test_what_cannot_be_done_is_said(mine: OwnGuide, request_: Any, how: dict[st
         improve(mine, request_, **how)
 
 
-@pytest.mark.slow
 def test_nothing_found_says_what_to_do(mine: OwnGuide) -> None:
     held = ("crank 1", "crank 2", "frame", "coupler", "point along", "point across")
     found = improve(mine, StraightLine(120, 1e-6), hold=held)

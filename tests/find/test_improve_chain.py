@@ -67,6 +67,7 @@ def test_joints_are_held_by_name_and_a_stretch_is_improved_over_itself() -> None
     assert all(found.improved.joints[joint] == best.joints[joint] for joint in held)
 
 
+@pytest.mark.slow
 def test_units_are_those_of_the_request() -> None:
     mine = mechanism(PEAUCELLIER, unit="mm")
     found = mine.improve(StraightLine(3 / 25.4, 0.01, unit="in"))

@@ -10,6 +10,8 @@ import pytest
 from catalogue import CircularArc, Found, StraightLine
 from catalogue.problem.path import PathRequest
 
+pytestmark = pytest.mark.slow
+
 LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 0.05, 80)
 #: Bounds that several answers reach, so that penalties decide.
 BOUNDED = {"min_transmission": 40, "pins_only": True, "limit": 6}
@@ -61,7 +63,6 @@ def seen(box: Box, length: float, *, across: bool = False, along: bool = False) 
     return (x0, -y1, x1, -y0) if along else (x0, y0, x1, y1)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("across", "along"), [(True, False), (False, True)])
 def test_a_mirror_changes_no_answer(ask: Callable[..., Found], across: bool, along: bool) -> None:
     expected = ask(StraightLine(150, 0.5), fixed_pivots_in=REGION, **ROOMY)
@@ -74,7 +75,6 @@ def test_a_mirror_changes_no_answer(ask: Callable[..., Found], across: bool, alo
             assert region[1] <= y <= region[3]
 
 
-@pytest.mark.slow
 def test_a_mirror_changes_no_answer_along_an_arc_nor_beside_a_zone(ask: Callable[..., Found]) -> None:
     one, other = (
         ask(CircularArc(100, 0.5, 120), fixed_pivots_in=seen((-50, -200, 140, -30), 100, across=across), **ROOMY)
@@ -87,15 +87,16 @@ def test_a_mirror_changes_no_answer_along_an_arc_nor_beside_a_zone(ask: Callable
     alike(one, other)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "region", "size"),
     [
         (StraightLine(150, 0.5, (1000, -700)), (840, -1000, 1250, -720), 500.0),
         (StraightLine(150, 0.5, along=90), (20, -160, 300, 250), 500.0),
         (StraightLine(150 / 25.4, 0.5 / 25.4, unit="in"), tuple(x / 25.4 for x in REGION), 500 / 25.4),
+        (StraightLine(1.5e302, 5e299), tuple(x * 1e300 for x in REGION), 5e302),
+        (StraightLine(1.5e-298, 5e-301), tuple(x * 1e-300 for x in REGION), 5e-298),
     ],
-    ids=["place", "direction", "unit"],
+    ids=["place", "direction", "unit", "huge", "tiny"],
 )
 def test_place_direction_and_unit_change_no_answer(
     ask: Callable[..., Found], request_: PathRequest, region: Box, size: float
@@ -104,7 +105,6 @@ def test_place_direction_and_unit_change_no_answer(
     alike(expected, ask(request_, fixed_pivots_in=region, **{**ROOMY, "max_size": size}))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -118,7 +118,6 @@ def test_the_order_of_what_is_listed_changes_no_answer(ask: Callable[..., Found]
     same(ask(LINE, limit=6, **options), ask(LINE, limit=6, **turned))
 
 
-@pytest.mark.slow
 def test_the_order_of_constraints_changes_no_answer(ask: Callable[..., Found]) -> None:
     bounds = {"max_size": 400.0, "min_transmission": 40.0, "fixed_pivots_in": REGION}
     same(ask(LINE, limit=6, **bounds), ask(LINE, limit=6, **dict(reversed(bounds.items()))))

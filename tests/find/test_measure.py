@@ -102,6 +102,7 @@ def test_the_drive_is_that_crank_and_turns_from_where_the_path_begins_to_where_i
     assert drivers == {1, 2}
 
 
+@pytest.mark.slow
 def test_of_the_two_ways_of_asking_one_is_the_inverse_of_the_other() -> None:
     within = measure(guide(HOEKEN), deviation=0.01)[0]
     assert within.deviation <= 0.01 * (1 + 1e-9)
@@ -109,6 +110,7 @@ def test_of_the_two_ways_of_asking_one_is_the_inverse_of_the_other() -> None:
     assert over.deviation == pytest.approx(within.deviation, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_stretches_of_many_linkages_are_told_by_their_numbers() -> None:
     every = [
         guide(HOEKEN),
@@ -123,6 +125,7 @@ def test_stretches_of_many_linkages_are_told_by_their_numbers() -> None:
         assert ours == sorted(ours)
 
 
+@pytest.mark.slow
 def test_a_linkage_without_such_a_stretch_is_told_why() -> None:
     found = measure(guide(HOEKEN), stroke=50.0)
     assert len(found) == 0
@@ -171,6 +174,7 @@ def test_a_place_in_the_coupler_is_that_which_lengths_tell(random_linkages: Call
         np.testing.assert_allclose(again, point, atol=1e-12 * np.abs(linkage.points).max() * 100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stroke", "deviation"), [(1.5, None), (None, 0.02)], ids=["stroke", "deviation"])
 def test_stretches_of_one_circuit_do_not_cover_one_another(stroke: float | None, deviation: float | None) -> None:
     found = measure(guide(HOEKEN), stroke=stroke, deviation=deviation, limit=8)

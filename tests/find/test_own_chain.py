@@ -157,6 +157,7 @@ def test_a_mechanism_keeps_its_code_and_comes_back() -> None:
     assert catalogue.recall(code) == mine
 
 
+@pytest.mark.slow
 def test_a_record_that_disagrees_with_its_mechanism_is_refused() -> None:
     best = mechanism(JANSEN).measure(stroke=30)[0]
     held = record(replace(best, deviation=0.5 * best.deviation))
@@ -179,6 +180,7 @@ def test_units_are_converted() -> None:
     assert inches.over_window()["min_transmission"] == pytest.approx(best.min_transmission)
 
 
+@pytest.mark.slow
 def test_the_way_of_a_driving_slider_is_converted_as_a_length() -> None:
     best = mechanism(PUSHED, unit="in").measure(stroke=0.5)[0]
     here, there = best.in_unit("mm"), mechanism(PUSHED, unit="in").in_unit("mm").measure(stroke=12.7)[0]

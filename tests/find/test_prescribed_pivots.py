@@ -16,6 +16,8 @@ from catalogue.plugin.registry import Registry
 from catalogue.problem.constraints import Constraints
 from catalogue.series.posed import Posed, unit
 
+pytestmark = pytest.mark.slow
+
 Ask = Callable[..., catalogue.Found]
 LINE = catalogue.StraightLine(1.0, 0.01)
 ARC = catalogue.CircularArc(1.0, 0.01, 1.0)
@@ -47,7 +49,6 @@ def test_what_is_rounding_where_equations_are_singular_is_no_answer(naive: Simpl
         assert np.abs(np.abs(path) - 0.7).max() < 1e-9  # of its circle, order 3 or more
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_the_fixed_pivots_stand_exactly_where_they_were_given(ask: Ask, naive: SimpleNamespace, request_: Any) -> None:
     found = ask(request_, fixed_pivots=FIXED, rank_by="deviation", limit=8)
@@ -65,7 +66,6 @@ def test_the_fixed_pivots_stand_exactly_where_they_were_given(ask: Ask, naive: S
     assert len({c.series for c in found}) > 1
 
 
-@pytest.mark.slow
 def test_the_moving_pivots_stand_in_mid_stroke_where_they_were_given(ask: Ask, naive: SimpleNamespace) -> None:
     found = ask(LINE, moving_pivots=((0.2, 0.6), (0.9, 0.7)))
     assert len(found)
@@ -75,7 +75,6 @@ def test_the_moving_pivots_stand_in_mid_stroke_where_they_were_given(ask: Ask, n
         assert strays(c, naive, LINE) == pytest.approx(c.deviation, rel=1e-3)
 
 
-@pytest.mark.slow
 def test_a_crank_stays_what_it_was(ask: Ask, naive: SimpleNamespace) -> None:
     # the crank of a guide that was found for its fixed pivots
     known = ask(LINE, fixed_pivots=FIXED, rank_by="deviation", limit=8)[0]
@@ -87,7 +86,6 @@ def test_a_crank_stays_what_it_was(ask: Ask, naive: SimpleNamespace) -> None:
         assert strays(c, naive, LINE) == pytest.approx(c.deviation, rel=1e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "request_"),
     [("crank", LINE), ("moving", LINE), ("fixed", LINE), ("crank", catalogue.CircularArc(1.0, 0.01, 1.2))],
@@ -105,7 +103,6 @@ def test_what_is_given_of_a_good_guide_leads_to_one_as_good(ask: Ask, given: str
     assert "completed along the path" in found.explain()
 
 
-@pytest.mark.slow
 def test_given_pivots_stand_where_they_were_given_in_any_unit_and_frame(ask: Ask) -> None:
     one = ask(LINE, fixed_pivots=FIXED, rank_by="deviation", limit=8)
     request = catalogue.StraightLine(20.0, 0.2, start=(5.0, -3.0), along=90.0)
@@ -128,7 +125,6 @@ def test_a_crank_that_cannot_follow_is_said_so(ask: Ask) -> None:
     assert "in line with the arm" in in_line.explain()
 
 
-@pytest.mark.slow
 def test_pivots_so_far_that_rounding_decides_are_refused(ask: Ask) -> None:
     with pytest.raises(InvalidRequest, match=r"\(1e\+09, 0\) is more than 10000 strokes from the path"):
         ask(LINE, moving_pivots=((1e9, 0), (0.8, 0.4)))
@@ -142,7 +138,6 @@ def test_an_arc_for_a_crank_needs_a_radius(ask: Ask) -> None:
         ask(catalogue.CircularArc(1.0, 0.01), crank=((0, 0), (0, 1)))
 
 
-@pytest.mark.slow
 def test_a_tolerance_gives_guides_at_least_as_straight(ask: Ask) -> None:
     exact = ask(LINE, fixed_pivots=FIXED, rank_by="deviation", limit=1)[0]
     near = ask(LINE, fixed_pivots=FIXED, within=0.1, rank_by="deviation", limit=5)
@@ -152,7 +147,6 @@ def test_a_tolerance_gives_guides_at_least_as_straight(ask: Ask) -> None:
         assert off.max() <= 0.1
 
 
-@pytest.mark.slow
 def test_other_constraints_hold_too(ask: Ask) -> None:
     found = ask(LINE, fixed_pivots=FIXED, min_transmission=35, max_link=1.6, series="II.xy")
     assert len(found)
@@ -160,7 +154,6 @@ def test_other_constraints_hold_too(ask: Ask) -> None:
     assert {c.series for c in found} == {"II.xy"}
 
 
-@pytest.mark.slow
 def test_a_wish_without_answer_says_how_near_it_comes(ask: Ask) -> None:
     found = ask(catalogue.StraightLine(1.0, 1e-12), fixed_pivots=FIXED)
     assert not len(found)
@@ -171,7 +164,6 @@ def test_a_wish_without_answer_says_how_near_it_comes(ask: Ask) -> None:
     assert len(ask(catalogue.StraightLine(1.0, reached), fixed_pivots=FIXED))
 
 
-@pytest.mark.slow
 def test_impossible_pivots_say_so(ask: Ask) -> None:
     found = ask(LINE, fixed_pivots=((500.0, 500.0), (501.0, 500.0)))
     assert not len(found)

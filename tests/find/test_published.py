@@ -14,6 +14,8 @@ from catalogue.guidance.metrics import measure
 from catalogue.guidance.placement import at_stroke
 from tests.lambdas import lambdas, placed
 
+pytestmark = pytest.mark.slow
+
 HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))
 #: Series, pivots, guided point, strokes over which it is used.
 TEXTBOOK: dict[str, tuple[str, Any, complex, tuple[float, ...]]] = {
@@ -38,7 +40,6 @@ def test_textbook_linkage_is_recognised(name: str) -> None:
     assert one.nearest.residual < 1e-12
 
 
-@pytest.mark.slow
 @each
 def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str) -> None:
     series, pivots, *_ = TEXTBOOK[name]
@@ -54,7 +55,6 @@ def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str)
     assert set(frame["family"]) == {"four-bar"}
 
 
-@pytest.mark.slow
 @each
 def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: str) -> None:
     """At the same stroke, of the same series, no larger."""
@@ -72,7 +72,6 @@ def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: st
         assert found[0].size <= size * (1 + 1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("rotation", "frame"), [(80, 2.825), (100, 2.725)])
 def test_lambda_linkages_of_the_textbooks_are_answered_in_their_own_envelope(
     small: Catalogue, rotation: float, frame: float
@@ -90,7 +89,6 @@ def test_lambda_linkages_of_the_textbooks_are_answered_in_their_own_envelope(
     assert found[0].drive_angle >= angle * (1 - 1e-8)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("stroke", [1.0, 2.0])
 def test_a_tall_roberts_linkage_is_answered_in_its_own_envelope(small: Catalogue, stroke: float) -> None:
     """The isosceles one eight times as high as the half of its frame."""

@@ -14,11 +14,12 @@ import catalogue
 from catalogue import Catalogue, CircularArc, Found, StraightLine
 from tests.find.test_find import check
 
+pytestmark = pytest.mark.slow
+
 Ask = Callable[..., Found]
 LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 0.05, 100)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("criterion", "part"), [("deviation", 0.5), ("size", 0.9)])
 def test_refinement_gains_much(ask: Ask, criterion: str, part: float) -> None:
     """Of what is ranked, beside the best as it is stored."""
@@ -33,7 +34,6 @@ def test_refinement_gains_much(ask: Ask, criterion: str, part: float) -> None:
     assert all(c.deviation <= 0.05 for c in fine)
 
 
-@pytest.mark.slow
 def test_bounds_are_used_to_the_full(ask: Ask) -> None:
     """A longer linkage is straighter: steps run along the bounds, not against them."""
     wish: dict[str, Any] = {
@@ -49,7 +49,6 @@ def test_bounds_are_used_to_the_full(ask: Ask) -> None:
     assert np.median(tight) < 0.1
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "rank_by", "wish"),
     [
@@ -71,7 +70,6 @@ def test_the_tolerance_is_kept_whatever_is_ranked(
         assert max(c.deviation for c in found) > 0.5 * request_.deviation
 
 
-@pytest.mark.slow
 def test_refined_guides_say_how_good_they_are(small: Catalogue, ask: Ask) -> None:
     """Refined ones have a gap, alternate and have drifted; what is stored has none of that."""
     wish: dict[str, Any] = {"series": ["II.xy"], "rank_by": "deviation", "max_size": 700.0, "limit": 5}
@@ -87,7 +85,6 @@ def test_refined_guides_say_how_good_they_are(small: Catalogue, ask: Ask) -> Non
         assert c.gap is c.alternations is c.drift is None
 
 
-@pytest.mark.slow
 def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
     """Only then are the plugins loaded; a copy has what was measured."""
     with catalogue.open(small_db, build=False) as cat:
@@ -100,7 +97,6 @@ def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
         assert copied.to_dict() == first.to_dict()
 
 
-@pytest.mark.slow
 def test_any_radius_will_do(ask: Ask, again: Any) -> None:
     free = CircularArc(100, 0.05)
     found = ask(free, families=["four-bar"], rank_by="deviation", max_size=250.0, limit=4)
@@ -110,7 +106,6 @@ def test_any_radius_will_do(ask: Ask, again: Any) -> None:
     assert np.ptp([c.radius for c in found]) > 1.0, "each has a radius of its own"
 
 
-@pytest.mark.slow
 def test_round_lengths_are_round_and_still_guide(ask: Ask, again: Any) -> None:
     found = ask(StraightLine(150, 0.5), families=["four-bar"], round_to=1.0, limit=3)
     assert found
@@ -122,7 +117,6 @@ def test_round_lengths_are_round_and_still_guide(ask: Ask, again: Any) -> None:
             assert length == pytest.approx(round(length), abs=1e-6)
 
 
-@pytest.mark.slow
 def test_a_bounded_allowance_denies_no_guide_that_uses_up_both_it_and_the_tolerance(small: Catalogue) -> None:
     """The allowance depends on the deviation too: linearised by the sensitivity alone, nothing was found here."""
     found = small.find(

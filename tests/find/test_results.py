@@ -44,6 +44,7 @@ def test_found_is_a_sequence(found: Found) -> None:
         found[8]
 
 
+@pytest.mark.slow
 def test_deviations_are_positive_on_the_left_of_the_way(found: Found) -> None:
     """Beside the line through the ends of the path they are off by no more than where the nominal lies."""
     for one in found:

@@ -10,6 +10,8 @@ import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, StraightLine
 
+pytestmark = pytest.mark.slow
+
 #: Points of a circuit, and points between the starts of two windows.
 POINTS, APART = 2001, 10
 
@@ -29,7 +31,6 @@ def least_deviation(naive: SimpleNamespace, c: Candidate) -> float:
     return float(best)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "step"), [(StraightLine(20, 0.05), 1.0), (StraightLine(150, 0.3), 5.0)], ids=["20", "150"]
 )
@@ -45,7 +46,6 @@ def test_rounded_answers_have_no_better_stretch(
         assert least_deviation(naive, c) > 0.99 * c.deviation, (c.family, c.lengths)
 
 
-@pytest.mark.slow
 def test_rounded_answers_stay_in_their_box(small: Catalogue) -> None:
     box = (-150.0, -20.0, 300.0, 250.0)
     found = small.find(StraightLine(150, 0.5), round_to=1.0, pins_only=True, fixed_pivots_in=box, limit=6)
@@ -56,7 +56,6 @@ def test_rounded_answers_stay_in_their_box(small: Catalogue) -> None:
             assert -20 <= y <= 250
 
 
-@pytest.mark.slow
 def test_rounded_arcs_keep_the_radius_asked(small: Catalogue, again: Any) -> None:
     found = small.find(CircularArc(100, 0.5, 120), round_to=1.0, pins_only=True, limit=4)
     assert found

@@ -14,6 +14,8 @@ from catalogue import Candidate, CircularArc, Found, StraightLine
 from catalogue.problem.region import Region
 from tests.find.conftest import Again, at_home
 
+pytestmark = pytest.mark.slow
+
 LINE, ARC = StraightLine(150, 0.5), CircularArc(150, 0.5, 200)
 SLIDERS: dict[str, Any] = {"families": ["slider-crank", "inverted-slider-crank", "elliptic-trammel"], "per_series": 0}
 Ask = Callable[..., Found]

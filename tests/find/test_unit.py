@@ -41,6 +41,7 @@ def numbers(value: Any) -> Iterator[float]:
         yield value
 
 
+@pytest.mark.slow
 @every
 @given(st.data())
 def test_every_length_is_converted_there_and_back_and_nothing_else(one: PlacedGuide, data: st.DataObject) -> None:

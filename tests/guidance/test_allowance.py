@@ -224,6 +224,7 @@ def test_a_bounded_allowance_of_an_arc_of_any_radius_is_that_which_is_listed(sma
     assert all((c.allowance or 0) >= 0.2 * (1 - 1e-6) for c in found)
 
 
+@pytest.mark.slow
 def test_the_best_uniform_fit_of_the_benchmark_is_the_narrowest_strip_and_annulus() -> None:
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(129) / 128)
     phase = np.arccos(2 * share - 1)

@@ -13,6 +13,8 @@ from catalogue.guidance.reach import Ladder, reach
 from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.types import Array
 
+pytestmark = pytest.mark.slow
+
 Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]
 #: Windows tried one after the other, in parts of the widest.
 PARTS = np.linspace(0.3, 1.0, 141)
@@ -31,7 +33,6 @@ def stored(drawn: Drawn, scanned: Callable[[bool], Ladder]) -> tuple[CouplerCurv
     return guides[some], half[some], swept(found)[some]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.6, 0.9, 0.99])
 def test_the_sweep_is_the_one_asked_for(stored: tuple[CouplerCurve, Array, Array], share: float) -> None:
     guides, half, known = stored
@@ -45,7 +46,6 @@ def test_the_sweep_is_the_one_asked_for(stored: tuple[CouplerCurve, Array, Array
     np.testing.assert_allclose(swept(again), swept(found)[good], rtol=1e-12)
 
 
-@pytest.mark.slow
 def test_the_widest_window_is_taken(stored: tuple[CouplerCurve, Array, Array]) -> None:
     guides, half, known = stored
     sweep = 0.7 * float(np.median(known))

@@ -45,6 +45,7 @@ def test_deviation_is_that_of_a_naive_loop_over_the_same_line(
     assert seen > 10 or found[0].radius is not None
 
 
+@pytest.mark.slow
 def test_a_shifted_guide_deviates_by_the_shift_more(found: list[catalogue.Candidate]) -> None:
     seen = 0
     for c in found:

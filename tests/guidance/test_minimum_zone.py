@@ -255,6 +255,7 @@ def off_arc(u: Array, v: Array, curvature: float, tilt: float, rise: float) -> f
     return float(np.abs(np.hypot(x, y - radius) - abs(radius)).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("curvature", CURVATURES)
 @pytest.mark.parametrize(("count", "exponent"), [(2, -2), (3, -3), (5, -4), (8, -5)])
 def test_an_arc_of_a_given_radius_is_the_best_placed(curvature: float, count: int, exponent: int) -> None:

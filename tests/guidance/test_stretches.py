@@ -159,6 +159,7 @@ def test_a_stretch_grows_along_a_ridge_of_its_deviation(naive: SimpleNamespace) 
     assert at.stroke.max() > 0.9995 * best
 
 
+@pytest.mark.slow
 def test_every_point_of_a_parallelogram_runs_on_circles_of_the_crank() -> None:
     linkage = Linkage(np.array([[[0, 0], [0.6, 0.8]], [[3, 0], [3.6, 0.8]]]))
     found = circuits(linkage)[:1]

@@ -62,6 +62,7 @@ def test_protrusion_is_that_of_samples(name: str, swept: Array) -> None:
     _bounded(found, brute, swept)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REGIONS)
 def test_intrusion_is_that_of_samples(name: str, swept: Array) -> None:
     region = Region.of(name, REGIONS[name])

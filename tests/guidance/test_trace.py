@@ -94,6 +94,7 @@ def chained(naive: Any, case: dict[str, Any], half: float, centre: complex, tang
         return np.array([loop.close(drive, low + (high - low) * s) * along for s in share], dtype=object)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["I_GG_2flex_2", "I_GG_3flex_1", "Evans_1", "IIIs_KK_3flex_1", "Roberts_1"])
 @pytest.mark.parametrize("share", [1.0, 0.1, 0.02])
 def test_deviation_agrees_with_the_loop_closed_in_50_digits(naive: Any, name: str, share: float) -> None:
@@ -110,6 +111,7 @@ def test_deviation_agrees_with_the_loop_closed_in_50_digits(naive: Any, name: st
         assert expected < 1e-12 * 2 * half
 
 
+@pytest.mark.slow
 def test_the_smallest_deviation_checked_is_below_1e_13(naive: Any) -> None:
     case = next(g for g in GUIDES if g["id"] == "Roberts_1")
     guides, half = extended(spanned(case)), 5e-4

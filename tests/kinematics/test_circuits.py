@@ -115,6 +115,7 @@ def test_the_phase_of_a_pose_is_the_one_at_which_it_is_taken(random_linkages: Ma
         np.testing.assert_allclose(one.phases(one.pose(s[:, None])), s, atol=1e-6)
 
 
+@pytest.mark.slow
 @every_family
 @every_order
 def test_a_circuit_is_what_is_reached_step_by_step(

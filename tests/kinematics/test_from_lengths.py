@@ -48,6 +48,7 @@ def test_an_inverted_slider_crank_has_its_lengths() -> None:
     np.testing.assert_allclose(from_lengths({"ground": 3, "crank": 1, "angle": 70}).points[0, 1, 0], 3)
 
 
+@pytest.mark.slow
 def test_textbook_linkages_by_their_lengths() -> None:
     """Roberts 4 : 2.4 : 2 : 2.4 in the middle, Scott Russell with crank and coupler equal."""
     roberts = {"ground": 4, "crank": 2.4, "coupler": 2, "rocker": 2.4, "angle": np.degrees(np.arccos(1 / 2.4))}

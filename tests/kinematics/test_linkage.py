@@ -152,6 +152,7 @@ def test_the_valid_ones_are_picked_out() -> None:
     np.testing.assert_array_equal(linkage.pivots, pivots[mask])
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds)
 def test_inversion_is_an_involution_and_exchanges_the_families(random_linkages: Maker, family: str, seed: int) -> None:

@@ -145,6 +145,7 @@ def put(site: Path, *who: str, wheel: Path) -> None:
                 (site / name).unlink()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "said", "mend"),
     [

@@ -59,7 +59,7 @@ def test_an_answer_is_a_stretch_where_its_path_was_asked_for(name: str, family: 
 
 
 @pytest.mark.slow
-@every
+@pytest.mark.parametrize(("name", "family"), FAMILIES[::3])
 def test_an_answer_is_exported_and_has_a_sheet(name: str, family: str, tmp_path: Path) -> None:
     made: Any = mechanism(answer(name, family))
     record = json.loads(made.export(format="json"))

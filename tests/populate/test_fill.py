@@ -21,6 +21,8 @@ from catalogue.plugin.registry import Registry
 from catalogue.populate.fill import Progress, fill
 from catalogue.store import Database
 
+pytestmark = pytest.mark.slow
+
 FEW = ("T.few", "T.less")
 Content = Callable[[Path], dict[str, list[Any]]]
 Filled = Callable[..., Progress]
@@ -53,7 +55,6 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "some.db"
 
 
-@pytest.mark.slow
 def test_same_seed_gives_the_same_file_for_any_number_of_processes(
     filled: Filled, path: Path, undisturbed: Path
 ) -> None:
@@ -61,7 +62,6 @@ def test_same_seed_gives_the_same_file_for_any_number_of_processes(
     assert dump(path) == dump(undisturbed)
 
 
-@pytest.mark.slow
 def test_another_seed_gives_other_content(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
     filled(path, seed=1)
     other, first = content(path), content(undisturbed)
@@ -69,7 +69,6 @@ def test_another_seed_gives_other_content(filled: Filled, path: Path, undisturbe
         assert not {row[5:] for row in other[table]} & {row[5:] for row in first[table]}, table
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("blocks", [1, 4])
 def test_interrupted_and_resumed_is_undisturbed(
     filled: Filled, path: Path, undisturbed: Path, content: Content, blocks: int
@@ -82,7 +81,6 @@ def test_interrupted_and_resumed_is_undisturbed(
     assert content(path) == content(undisturbed)
 
 
-@pytest.mark.slow
 def test_what_another_plan_drew_is_replaced(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
     filled(path)
     with closing(sqlite3.connect(path)) as connection, connection:
@@ -92,7 +90,6 @@ def test_what_another_plan_drew_is_replaced(filled: Filled, path: Path, undistur
     assert content(path) == content(undisturbed)
 
 
-@pytest.mark.slow
 def test_extended_later_is_a_larger_build(filled: Filled, path: Path, tmp_path: Path, content: Content) -> None:
     small = filled(path, count=250)
     large = filled(path, count=900)
@@ -101,7 +98,6 @@ def test_extended_later_is_a_larger_build(filled: Filled, path: Path, tmp_path: 
     assert content(path) == content(tmp_path / "large.db")
 
 
-@pytest.mark.slow
 def test_series_one_by_one_are_all_of_them(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
     filled(path, count=300, series=("T.less",))
     assert {row[0] for row in content(path)["batch"]} == {"T.less"}
@@ -109,7 +105,6 @@ def test_series_one_by_one_are_all_of_them(filled: Filled, path: Path, undisturb
     assert content(path) == content(undisturbed)
 
 
-@pytest.mark.slow
 def test_progress_counts_what_is_in_the_file(filled: Filled, path: Path, content: Content) -> None:
     reports: list[Progress] = []
     last = filled(path, report=reports.append)
@@ -124,7 +119,6 @@ def test_progress_counts_what_is_in_the_file(filled: Filled, path: Path, content
     assert (again.rows, again.guides, again.rate) == (0, last.guides, 0.0)
 
 
-@pytest.mark.slow
 def test_places_in_the_coverage_order_follow_each_other(undisturbed: Path) -> None:
     query = (
         "SELECT group_concat(g.cover) FROM guide g JOIN mechanism m ON m.id = g.mechanism_id"
@@ -138,7 +132,6 @@ def test_places_in_the_coverage_order_follow_each_other(undisturbed: Path) -> No
     assert all(sorted(one) == list(range(len(one))) for one in orders)
 
 
-@pytest.mark.slow
 def test_interrupted_build_is_finished_as_it_was_begun(
     filled: Filled, path: Path, registry: Registry, tmp_path: Path, content: Content
 ) -> None:
@@ -152,14 +145,12 @@ def test_interrupted_build_is_finished_as_it_was_begun(
     assert content(path) == content(tmp_path / "straight.db")
 
 
-@pytest.mark.slow
 def test_member_without_guides_is_given_up_once(rude: Registry, filled: Filled, path: Path, content: Content) -> None:
     for _ in range(2):
         assert filled(path, series=("R.empty",), registry=rude).guides == 0
         assert len(content(path)["batch"]) == 8
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("failing", "complete"),
     [
@@ -202,13 +193,11 @@ def test_series_that_fail_are_reported_and_the_others_are_complete(
         assert database.get_setting("complete") == complete
 
 
-@pytest.mark.slow
 def test_member_that_fails_leaves_the_other_members(filled: Filled, path: Path, rude: Registry) -> None:
     with pytest.warns(PluginWarning, match="R.half four-bar raises is left out"):
         assert filled(path, count=200, series=("R.half",), registry=rude).guides >= 100
 
 
-@pytest.mark.slow
 def test_two_builds_of_one_file_meet_with_a_clear_line(filled: Filled, path: Path) -> None:
     def report(_: Progress) -> None:
         filled(path)
@@ -247,7 +236,6 @@ def _interruptible() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.mark.slow
 def test_command_builds_and_then_has_nothing_to_do(
     path: Path, environment: dict[str, str], undisturbed: Path, content: Content
 ) -> None:
@@ -264,7 +252,6 @@ def test_command_builds_and_then_has_nothing_to_do(
     assert messages.splitlines()[-1].startswith("nothing to do: ")
 
 
-@pytest.mark.slow
 def test_command_ends_on_ctrl_c_and_goes_on_later(
     path: Path, environment: dict[str, str], undisturbed: Path, content: Content, all_gone: Any
 ) -> None:

@@ -15,6 +15,8 @@ import pytest
 
 import catalogue
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(catalogue.__file__).parents[1]
 #: A default of a hundred guides of five series, with a pause before the first block that is written and another before
 #: the others, and as little patience with a process that is dead.
@@ -54,7 +56,6 @@ def has_block(file: Path) -> bool:
     return False  # there is no table yet
 
 
-@pytest.mark.slow
 def test_several_first_users_at_once_have_the_same_catalogue(tmp_path: Path) -> None:
     every = [first_user(tmp_path / "some.db", 0.2, 0.2) for _ in range(2)]
     done = [one.communicate(timeout=300) for one in every]
@@ -65,7 +66,6 @@ def test_several_first_users_at_once_have_the_same_catalogue(tmp_path: Path) -> 
     assert WAITS in told
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows kills otherwise")
 def test_a_first_user_goes_on_with_what_a_killed_one_has_begun(tmp_path: Path) -> None:
     file = tmp_path / "some.db"

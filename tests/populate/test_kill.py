@@ -25,13 +25,10 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("signal", "parts"), [("SIGKILL", (0.3, 0.7, 0.5, 0.9)), ("SIGTERM", (0.6, 0.5, 0.8)),
-                                               ("SIGINT", (0.7, 0.6, 0.4))])  # fmt: skip
-def test_killed_again_and_again_and_finished_is_undisturbed(
-    tmp_path: Path, whole: tuple[list[str], float], signal: str, parts: tuple[float, ...]
-) -> None:
+def test_killed_again_and_again_and_finished_is_undisturbed(tmp_path: Path, whole: tuple[list[str], float]) -> None:
     content, duration = whole
-    moments = [(signal, whom, part * duration) for whom, part in zip(cycle(KILLS.WHOM), parts, strict=False)]
+    kills = (("SIGKILL", 0.3), ("SIGTERM", 0.6), ("SIGINT", 0.7), ("SIGKILL", 0.8))
+    moments = [(signal, whom, part * duration) for whom, (signal, part) in zip(cycle(KILLS.WHOM), kills, strict=False)]
     good, became = KILLS.disturbed(tmp_path, moments, COUNT, content)
     assert good, became
     with closing(sqlite3.connect(tmp_path / "some.db")) as connection:

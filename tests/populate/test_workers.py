@@ -23,6 +23,8 @@ from catalogue.plugin.registry import Registry
 from catalogue.populate.block import BLOCKS
 from catalogue.populate.make import begin, make
 
+pytestmark = pytest.mark.slow
+
 GOOD = ("T.few", "four-bar general", 0, 0, 64, "few", "1")
 
 
@@ -35,7 +37,6 @@ def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
     return code, "four-bar general", 0, 0, 64, "rude", "1"
 
 
-@pytest.mark.slow
 def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
     with workers(1, rude) as pool:
         for code, end in (("R.ends", "ended with exit code 7"), ("R.aborts", "was killed by SIGABRT")):
@@ -44,7 +45,6 @@ def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
             assert pool.submit(make, *GOOD).result().count > 0
 
 
-@pytest.mark.slow
 def test_block_whose_process_the_system_kills_is_tried_again(
     rude: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -59,7 +59,6 @@ def test_block_whose_process_the_system_kills_is_tried_again(
         assert pool.submit(make, *GOOD).result().count > 0
 
 
-@pytest.mark.slow
 def test_endless_block_is_ended_and_named(rude: Registry) -> None:
     with workers(1, rude) as pool:
         assert pool.submit(make, *GOOD).result().count > 0
@@ -68,7 +67,6 @@ def test_endless_block_is_ended_and_named(rude: Registry) -> None:
             pool.submit(make, *bad("R.endless")).result()
 
 
-@pytest.mark.slow
 def test_worker_does_not_outlive_a_killed_build(
     tmp_path: Path, environment: dict[str, str], all_gone: Callable[[float], None]
 ) -> None:
@@ -85,14 +83,12 @@ def test_worker_does_not_outlive_a_killed_build(
     all_gone(3)
 
 
-@pytest.mark.slow
 def test_fewer_rows_than_parameters_are_refused(rude: Registry) -> None:
     shape = r"pivots have shape \(7, 2, 2, 3\).*n = 1024"
     with workers(1, rude) as pool, pytest.raises(PluginError, match=shape):
         pool.submit(make, *bad("R.few")).result()
 
 
-@pytest.mark.slow
 def test_error_of_a_plugin_is_one_line_and_the_worker_goes_on(rude: Registry) -> None:
     with workers(1, rude) as pool:
         with pytest.raises(PluginError, match=r"^ZeroDivisionError: first line$"):
@@ -100,7 +96,6 @@ def test_error_of_a_plugin_is_one_line_and_the_worker_goes_on(rude: Registry) ->
         assert pool.submit(make, *GOOD).result().count > 0
 
 
-@pytest.mark.slow
 def test_plugin_may_print_and_read(rude: Registry, capfd: pytest.CaptureFixture[str]) -> None:
     with workers(1, rude) as pool:
         assert pool.submit(make, *bad("R.prints")).result().count > 0
@@ -111,7 +106,6 @@ def test_plugin_may_print_and_read(rude: Registry, capfd: pytest.CaptureFixture[
     assert "past the buffer" in messages
 
 
-@pytest.mark.slow
 def test_leaving_the_pool_ends_its_processes(
     rude: Registry, environment: dict[str, str], monkeypatch: pytest.MonkeyPatch, all_gone: Callable[[float], None]
 ) -> None:
@@ -130,7 +124,6 @@ def test_leaving_the_pool_ends_its_processes(
     assert futures[-1].cancelled()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("processes", [True, False])
 def test_without_threads_blocks_are_made_one_after_the_other(
     rude: Registry, monkeypatch: pytest.MonkeyPatch, processes: bool
@@ -162,7 +155,6 @@ def test_without_threads_blocks_are_made_one_after_the_other(
             asked[1].result()
 
 
-@pytest.mark.slow
 def test_a_process_without_threads_makes_blocks() -> None:
     """It reads tasks where it makes blocks, and ends when its pipe closes."""
     code = (
@@ -207,7 +199,6 @@ with catalogue.open("some.db", build=False) as cat:
 """
 
 
-@pytest.mark.slow
 def test_script_needs_no_guard_and_its_folder_hides_no_module(tmp_path: Path, environment: dict[str, str]) -> None:
     (tmp_path / "script.py").write_text(SCRIPT)
     # a worker must not find these, which stand in the folder where it is started, but not beside the script

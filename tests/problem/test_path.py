@@ -97,6 +97,7 @@ def test_a_tenth_of_the_diameter_is_no_guidance_beyond_a_half_circle() -> None:
         CircularArc(deviation=10.1, radius=50, angle=350)
 
 
+@pytest.mark.slow
 @given(st.floats(1e-3, 1e3), st.floats(1e-9, 0.1), st.floats(1 / 1.97, 1e9))
 def test_an_arc_in_the_order_stroke_radius_deviation_is_refused(stroke: float, part: float, bend: float) -> None:
     """As it was once: no radius of an arc is small enough for a deviation."""

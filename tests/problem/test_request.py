@@ -81,6 +81,7 @@ FORMS: dict[str, Callable[[Request], Request]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 @settings(max_examples=60, deadline=None)
 @given(one=REQUEST)

@@ -149,6 +149,7 @@ def test_drift_is_the_least_residual_over_the_stroke(small: Catalogue) -> None:
     assert np.isnan(drift(found, {})).all()
 
 
+@pytest.mark.slow
 def test_a_returning_or_exact_path_has_no_gap(small: Catalogue) -> None:
     problem = problem_of(StraightLine(1, 5e-3), "deviation", families=["elliptic-trammel"])
     found = started(small, problem, 8)

@@ -12,8 +12,9 @@ from catalogue.refine.certificate import certified
 from catalogue.refine.sqp import Refinement
 from tests.lambdas import LINE, TABLE, band, four_bars, lambdas, placed
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 @pytest.mark.parametrize(("rotation", "frame", "table", "best"), TABLE)
 def test_lambda_linkages_are_the_best_of_their_kind(rotation: float, frame: float, table: float, best: float) -> None:
     moves = lambdas(rotation)
@@ -36,7 +37,6 @@ def test_lambda_linkages_are_the_best_of_their_kind(rotation: float, frame: floa
     assert band(found) <= np.exp(naive.fun) * (1 + 1e-3)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("rotation", "frame", "table", "best"), TABLE)
 def test_they_are_stationary_among_all_four_bars(rotation: float, frame: float, table: float, best: float) -> None:
     """With as much rotation of the crank: from the textbook's proportions the free linkage comes to the symmetric one,

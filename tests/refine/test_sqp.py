@@ -20,6 +20,8 @@ from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
 from catalogue.search.exact_guides import parallelograms
 from tests.refine.starts import problem_of, started
 
+pytestmark = pytest.mark.slow
+
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)
 BOX = (-1.5, -1.5, 2.5, 1.5)
 WISHES: list[tuple[Any, Any, dict[str, Any]]] = [
@@ -115,7 +117,6 @@ def breaks(found: CandidateBatch, i: int, request: Any, wish: dict[str, Any]) ->
     return [name for name, holds in truth.items() if not holds]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "rank_by", "wish"), WISHES, ids=str)
 def test_the_best_meet_all_constraints_and_cost_less(
     small: Catalogue, request_: Any, rank_by: Any, wish: dict[str, Any]
@@ -137,7 +138,6 @@ def test_the_best_meet_all_constraints_and_cost_less(
         assert np.median(gain) > 0.02
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wish", "rank_by"),
     [
@@ -163,7 +163,6 @@ def test_broken_starts_are_repaired(small: Catalogue, wish: dict[str, Any], rank
     assert (left[~repaired] > 0).all()
 
 
-@pytest.mark.slow
 def test_what_breaks_least_is_kept_where_nothing_meets(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"], pivots_in=(3, 3, 4, 4), max_arm=0.5)
     start = started(small, problem_of(LINE, "size", families=["four-bar"]), 8)
@@ -173,7 +172,6 @@ def test_what_breaks_least_is_kept_where_nothing_meets(small: Catalogue) -> None
     assert (run.nearest < feasibility(problem, start).total).sum() > 0.5 * len(start)
 
 
-@pytest.mark.slow
 def test_a_batch_is_refined_as_its_parts(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"], min_transmission=20.0)
     start = started(small, problem, 6)
@@ -183,7 +181,6 @@ def test_a_batch_is_refined_as_its_parts(small: Catalogue) -> None:
         np.testing.assert_allclose(alone.best_cost, whole.best_cost[i : i + 1], rtol=1e-3)
 
 
-@pytest.mark.slow
 def test_refinement_goes_on_where_it_was(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"])
     start = started(small, problem, 6)
@@ -222,7 +219,6 @@ def test_frozen_pivots_stay_under_a_nominal_that_stays(small: Catalogue) -> None
 
 
 # -- the linear model ------------------------------------------------------------------------------------------------
-@pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["deviation", "size"])
 @pytest.mark.parametrize("request_", [LINE, ARC, FREE], ids=["line", "arc", "any arc"])
 def test_linear_errors_are_those_of_the_moved_linkage(small: Catalogue, request_: Any, rank_by: str) -> None:

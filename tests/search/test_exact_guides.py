@@ -82,6 +82,7 @@ def test_parallelograms_of_any_radius_stand_in_the_region_asked_for() -> None:
     assert (made.measures.min_transmission > np.degrees(0.95 * DEAD)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["elliptic-trammel", "slider-crank"])
 def test_a_circle_that_rolls_in_one_twice_as_large_carries_along_lines(naive: SimpleNamespace, family: str) -> None:
     """On the motion of loops that are closed by circles and lines."""

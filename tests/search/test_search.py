@@ -17,6 +17,8 @@ from catalogue.search import search
 from catalogue.search.search import BUDGET, Search
 from catalogue.search.starts import Starts
 
+pytestmark = pytest.mark.slow
+
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
 
@@ -24,7 +26,6 @@ def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:
     return Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_what_a_search_says_to_be_good_is(small: Catalogue, request_: Any) -> None:
     problem = asked(request_, families=["four-bar"], max_size=4.0, min_transmission=40)
@@ -41,7 +42,6 @@ def test_what_a_search_says_to_be_good_is(small: Catalogue, request_: Any) -> No
     assert done.report.seconds.keys() <= {"starts", "race", "refine"}
 
 
-@pytest.mark.slow
 def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
     problem = asked(LINE, "size", families=["four-bar"], min_transmission=40)
     stored, refined = (Search(problem, small.database, refines=yes).run() for yes in (False, True))
@@ -50,7 +50,6 @@ def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
     assert best.mean() < before.mean() - 0.05
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("effort", [1, 3])
 def test_without_refinement_guides_are_as_they_are_stored(small: Catalogue, effort: int) -> None:
     found = small.find(LINE, families=["four-bar"], max_size=6.0, limit=60, effort=effort, refine=False, distinct=0)
@@ -64,7 +63,6 @@ def test_without_refinement_guides_are_as_they_are_stored(small: Catalogue, effo
         np.testing.assert_allclose(links / links[0], stored / stored[0], rtol=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["size", "deviation", "score"])
 def test_a_further_phase_never_loses_the_best(small: Catalogue, rank_by: str) -> None:
     """Lists only improve: whoever looks early sees answers, and later none that are worse."""
@@ -100,7 +98,6 @@ def test_a_tolerance_that_few_guides_keep_is_answered(small: Catalogue, size: fl
     assert small.find(StraightLine(150, 0.05), families=["four-bar"], max_size=size, limit=1)
 
 
-@pytest.mark.slow
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue) -> None:
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))
     budget = replace(BUDGET, hops=1)
@@ -111,7 +108,6 @@ def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue) -> None:
     np.testing.assert_array_equal(one.cost, other.cost)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("deviation", "rank_by", "wanted"),
     [
@@ -137,7 +133,6 @@ def test_a_race_finds_what_refinement_alone_finds_with_fewer_programmes(
 EASY = {"families": ["four-bar"], "max_size": 4.0, "min_transmission": 40}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wanted"),
     [
@@ -215,7 +210,6 @@ HARD: list[Any] = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wanted", "rank_by", "known"), HARD, ids=["drag link", "drive"])
 def test_cranks_that_turn_fully_are_found_as_good_as_known(
     small: Catalogue, request_: Any, wanted: dict[str, Any], rank_by: str, known: float
@@ -233,7 +227,6 @@ def test_cranks_that_turn_fully_are_found_as_good_as_known(
     assert value < known + 0.01
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["score", "size", "deviation"])
 def test_a_search_for_the_impossible_ends(small: Catalogue, rank_by: str) -> None:
     problem = asked(StraightLine(1, 1e-9), rank_by, families=["four-bar"], max_size=1.05, min_transmission=60)
@@ -245,7 +238,6 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, rank_by: str) -> Non
     assert len(done.cost) == len(done.found)
 
 
-@pytest.mark.slow
 def test_what_came_nearest_is_led_in(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was refined too little to meet the tolerance meets it then, or comes nearer; and nothing that was found is
     lost."""
@@ -268,7 +260,6 @@ def test_what_came_nearest_is_led_in(small: Catalogue, monkeypatch: pytest.Monke
     assert near[1] < near[0] - 1e-6
 
 
-@pytest.mark.slow
 def test_a_tolerance_that_is_reached_where_deviation_is_ranked_is_never_denied(small: Catalogue) -> None:
     """The least deviation of a search, asked for with one part in a thousand to spare."""
     wanted: dict[str, Any] = {"families": ["four-bar"], "max_size": 2.2, "min_transmission": 50}
@@ -279,7 +270,6 @@ def test_a_tolerance_that_is_reached_where_deviation_is_ranked_is_never_denied(s
         assert found[0].deviation <= 1.001 * least
 
 
-@pytest.mark.slow
 def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Catalogue) -> None:
     """Those that are most like it lead to an answer hardly dearer, with less than a third of the points."""
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5), min_transmission=40)

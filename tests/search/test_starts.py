@@ -21,6 +21,8 @@ from catalogue.search import retrieve
 from catalogue.search.starts import READS, SearchReport, Starts
 from catalogue.store import Database
 
+pytestmark = pytest.mark.slow
+
 LINE = StraightLine(1, 1e-3)
 
 

@@ -126,6 +126,7 @@ def test_special_elements_show_their_order() -> None:
         assert "coincide" in found.reason[0] or scale != 1
 
 
+@pytest.mark.slow
 def test_singularities_of_paths() -> None:
     linkage = Linkage(EVANS)
     instant = Instant(linkage)

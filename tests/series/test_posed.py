@@ -106,6 +106,7 @@ def test_every_answer_of_a_thousand_problems_is_guided_to_its_order_on_the_finit
         assert near.mean() > 0.95, code
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", GIVEN)
 @pytest.mark.parametrize("path", ["line", "circle", "slot"])
 def test_answers_belong_to_the_series_that_gives_them(registry: Registry, given: str, path: str) -> None:

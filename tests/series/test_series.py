@@ -63,6 +63,7 @@ def test_equal_shares_cover_equal_lengths(domain: Any) -> None:
     np.testing.assert_allclose(found, width / width.sum(), atol=2e-4)
 
 
+@pytest.mark.slow
 @given(domain=domains)
 def test_a_domain_holds_its_ends_and_not_its_gaps(domain: Any) -> None:
     p = Parameter("x", domain, "")

@@ -143,6 +143,7 @@ def body_on(spatial: SimpleNamespace, second: Any, third: Any) -> Any:
     return spatial.Mechanisms(body, [first, second, third], [(0, "u")])
 
 
+@pytest.mark.slow
 def test_what_has_no_closed_form_says_why_and_is_sought_from_random_starts(spatial: SimpleNamespace) -> None:
     circle = spatial.Guides("circle", [0.8], (0.7, 0.1, 0.4), (1.0, 0.4, 0.1, 0.2))
     sphere = spatial.Guides("sphere", [0.6], (0.5, 0.7, 0.4))

@@ -96,6 +96,7 @@ def test_a_parallelogram_stops_at_its_branch_point(spatial: SimpleNamespace) -> 
     assert abs(moved.end_drivers[0, 0]) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_planar_four_bar_in_space_moves_as_the_planar_kernel_says(spatial: SimpleNamespace) -> None:
     """Two circles and, as third guide, the plane of motion: tilted and shifted in space, crank 1 driving."""
     draw = np.random.default_rng(4)

@@ -55,6 +55,7 @@ def test_a_hand_of_six_revolute_joints_has_twelve_or_sixteen_postures(angles: An
     assert found.motion.residual().max() < 1e-10
 
 
+@pytest.mark.slow
 def test_a_joint_is_not_closed_reversed() -> None:
     """Of a slider-crank closed by its slide and of a spherical four-bar there are two assemblies, not four."""
     crank, rod = Revolute("crank", (0, 0, 0), axis=Z), Revolute("rod", (1, 0, 0), axis=Z, on="crank")

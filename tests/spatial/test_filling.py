@@ -86,6 +86,7 @@ def test_one_mechanism_moves_as_in_a_batch(spatial: SimpleNamespace, make: Make,
         np.testing.assert_allclose(one.positions.points, points[i], atol=1e-13)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [1e-1, 1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("nodes", [13, 200])
 def test_a_branch_that_nearly_meets_another_is_kept(spatial: SimpleNamespace, gap: float, nodes: int) -> None:

@@ -61,6 +61,7 @@ def file(tmp_path: Path) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_the_file_that_is_written_moves_as_was_told(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "fitted.toml"
     done = run("fit", str(file), "--out", str(out), "--format", "json")
@@ -85,6 +86,7 @@ def test_the_file_that_is_written_moves_as_was_told(file: Path, tmp_path: Path) 
     assert "is there already" in str(run("fit", str(file), "--out", str(out)).exception)
 
 
+@pytest.mark.slow
 def test_the_table_has_units_and_says_what_was_missed(file: Path) -> None:
     file.write_text(file.read_text("utf-8").replace("tolerance = 2.0", "tolerance = 0.001"), encoding="utf-8")
     done = run("fit", str(file), "--starts", "1")
@@ -104,6 +106,7 @@ def test_the_examples_are_fitted(name: str) -> None:
     assert not found.refused.keys() - {"dead point"}
 
 
+@pytest.mark.slow
 def test_lengths_points_and_lists_of_values_are_targets_too(file: Path) -> None:
     more = """
 [[point]]

@@ -83,6 +83,7 @@ def test_scale_changes_nothing(spatial: SimpleNamespace, make: Make, tools: Simp
     np.testing.assert_allclose(b.positions.condition, a.positions.condition, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_path_of_two_drivers_turns_corners(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace) -> None:
     """Around a small square and home."""
     m, start = make("IV", 200)

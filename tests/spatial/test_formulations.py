@@ -57,6 +57,7 @@ def start_of(c: SimpleNamespace) -> Any:
     return np.stack([[np.nan if v is None else float(v) for v in c.case["start"][k]] for k in "uw"], axis=1)
 
 
+@pytest.mark.slow
 def test_all_distances_give_our_positions(spatial: SimpleNamespace, golden_cases: Cases) -> None:
     """(2.2a.3), (2.2b.2), (2.2c.2), (3.3a.2), (3.3b.1), (4.4a.2); the flat body has only its square root of digits."""
     for c in golden_cases:

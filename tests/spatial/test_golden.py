@@ -121,6 +121,7 @@ def test_the_motion_ends_at_the_next_fold(golden_cases: Cases, spatial: SimpleNa
     assert met == 9
 
 
+@pytest.mark.slow
 def test_mixed_batches_give_what_single_mechanisms_give(spatial: SimpleNamespace, golden_cases: Cases) -> None:
     """All golden mechanisms of a class with the same drivers as one batch, with guides of all kinds."""
     by: dict[Any, list[SimpleNamespace]] = {}

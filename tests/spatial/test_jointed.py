@@ -136,6 +136,7 @@ def test_a_rocker_has_the_dead_points_of_the_discriminant() -> None:
         assert all(reason == "dead point" for _, reason in inside.ends[0])
 
 
+@pytest.mark.slow
 def test_dead_points_are_the_same_by_the_joint_and_by_the_angle_of_an_arm() -> None:
     """The angle of an arm is periodic, that of a joint is not; RSSR that turn back before a turn or after it."""
     draw = np.random.default_rng(4)
@@ -576,6 +577,7 @@ def test_what_is_read_off_a_batch_is_what_is_read_off_each_alone() -> None:
         motion.point("wheel", np.zeros((2, 3)))
 
 
+@pytest.mark.slow
 def test_circuits_of_a_batch_are_those_of_each_alone() -> None:
     """RSSR whose rocker drives, so that each circuit has dead points; poses along it are of that mechanism."""
     ends = np.array([[4, 0, 3.0], [4, 0.2, 2.8], [4.1, 0, 3.2]])

@@ -75,6 +75,7 @@ EVERYTHING: list[Any] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scalar",
     [

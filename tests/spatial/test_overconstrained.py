@@ -156,6 +156,7 @@ def test_fifty_bricard_linkages_close_and_stay_symmetric_to_their_line() -> None
         assert np.abs(np.sin((turned[1] - turned[4]) / 2)).max() < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [1.1, np.pi / 2, 2.0])
 def test_a_threefold_bricard_linkage_closes_through_any_angle(alpha: float) -> None:
     """Angles alternate and satisfy one equation (Chen, You and Tarnai 2005, (7))."""

@@ -191,6 +191,7 @@ def test_gradients_and_motion_ratios_are_differences_over_travel_whatever_drives
     assert here.value(RACK)[0] == pytest.approx(15)
 
 
+@pytest.mark.slow
 def test_a_motion_and_a_circuit_are_shown_in_a_line() -> None:
     motion = WISHBONE.sweep({TRAVEL: [0.0, 5], RACK: [0.0, 900]})
     assert repr(motion) == "<Motion by Travel wheel, Joint rack: 2 poses, 1 of 2 reached>"

@@ -20,6 +20,7 @@ WHEELS = (Wheel("wheel", CENTRE, (0.01, 1, -0.02), 310.0), Wheel("other", OTHER,
 BOTH = Mechanism([*corner(), *corner(side=-1, name="other"), SLIDE])
 
 
+@pytest.mark.slow
 def test_the_roll_centre_is_where_the_normals_of_both_paths_meet() -> None:
     """Paths of the points of the tyres on the ground, by differences, over roll and heave."""
     h = 1e-3

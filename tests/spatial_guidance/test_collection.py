@@ -210,6 +210,7 @@ def test_a_given_radius_is_followed(cat: Catalogue) -> None:
     assert cat.find_in("spatial-guidance", CircularArc(20, 0.5, 15), limit=1)
 
 
+@pytest.mark.slow
 # -- fits -------------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize("sweep", [0.3, 1.0, 2.2])
 def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep: float) -> None:

@@ -67,6 +67,7 @@ def test_views_show_what_was_written(filled: Path, sample: Callable[..., Any]) -
     np.testing.assert_array_equal(np.reshape(single, (-1, 2, 2, 3)), mechanisms["pivots"])
 
 
+@pytest.mark.slow
 def test_pivots_of_an_older_file_are_the_same_numbers(path: Path, at_revision: Callable[[Path, str], Path]) -> None:
     """In a file of revision 0006 they are bytes; all is kept but the sign of zero, which SQLite does not store."""
     given = [-0.0, 1 / 3, 1.0, -2.5e-17, 5e-324, 1.0, 0.6, -0.8, 0.0, 1e300, -7.0, 1.0]

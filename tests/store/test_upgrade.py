@@ -212,6 +212,7 @@ def test_a_file_of_any_revision_is_upgraded_and_used(
     assert sorted(copies) == ["old.db", f"old.db.backup-{older}"]
 
 
+@pytest.mark.slow
 def test_specimens_that_two_processes_stored_are_there_once(
     path: Path, at_revision: Callable[[Path, str], Path]
 ) -> None:
@@ -250,6 +251,7 @@ def test_newer_file_is_refused(filled: Path) -> None:
     assert filled.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_a_file_without_specimens_gets_their_table(path: Path, at_revision: Callable[[Path, str], Path]) -> None:
     (migration,) = (folder("migrations") / "versions").glob("*_specimens.py")
     at_revision(path, revisions()[revisions().index(migration.stem.partition("_")[0]) - 1])

@@ -42,6 +42,7 @@ def drawn(study: Study, tmp_path: Path, **how: str) -> str:
     return (tmp_path / "map.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_each_request_is_a_cell_that_leads_to_its_card(study: Study, answers: list[Candidate], tmp_path: Path) -> None:
     text = drawn(study, tmp_path)
     cards = [f"cell-{k}" for k in range(1, 7)]
@@ -65,6 +66,7 @@ def test_steps_stand_where_the_series_or_family_changes(study: Study, tmp_path: 
     assert len(steps) == 4
 
 
+@pytest.mark.slow
 def test_a_page_stands_alone_in_light_and_dark(study: Study, tmp_path: Path) -> None:
     text = drawn(study, tmp_path, value="size")
     assert "prefers-color-scheme: dark" in text

@@ -83,6 +83,7 @@ def test_a_foreign_page_spends_no_search_even_with_the_cookie(stranger: TestClie
     assert stranger.get("/compare", headers={"sec-fetch-site": "none"}).status_code == 200
 
 
+@pytest.mark.slow
 def test_no_page_may_frame_it(page: TestClient) -> None:
     for path in ("/", "/own", "/static/page.js", "/nothing"):
         got = page.get(path)

@@ -153,6 +153,7 @@ def test_a_name_that_is_no_field_is_refused(form: Form) -> None:
         form.wish([("path", "spiral")])
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.sampled_from(sorted(WITHOUT_SERIES.fields)), st.text(max_size=12)), max_size=4))
 def test_no_address_gets_through_unread(said: list[tuple[str, str]]) -> None:
