@@ -118,7 +118,7 @@ class Catalogue:
         effort : int
             Number of searches, each from other starts: more is never worse, and takes as much
             longer.  At 1, a search by score ends early with a full list whose best answer scores
-            95.
+            95.  At 0 it ends with the first answers.
         refine : bool
             Optimise the pivots for the ranking, subject to the tolerance and all constraints;
             `Candidate.gap` estimates the remaining improvement nearby.  Else return guides as

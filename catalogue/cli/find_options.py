@@ -8,7 +8,7 @@ from ..problem.bounds import ALLOWANCE, BOUNDS, DEGREES, DRIVES, LIFT, RATIO, SI
 from ..problem.criteria import CRITERIA, DISTINCT
 from ..units import LENGTH
 from .completion import held
-from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number, option, several, switch
+from .options import COMMON, FAMILY, LIMIT, LONGER, ORDER, PINS_ONLY, SERIES, number, option, several, switch
 from .tables import FORCE, OUTPUT, PICTURE
 from .units import DESIRE, UNIT, ZONE, angle, length
 
@@ -109,7 +109,7 @@ OPTIONS = (
         int,
         show_default="a quarter of the limit",
     ),
-    EFFORT,
+    option("--effort", "N", f"{LONGER}; 0: end with the first answers.", int, default=1),
     switch(
         "--refine/--no-refine",
         "Optimise the pivots for the ranking, subject to the tolerance and all constraints.",

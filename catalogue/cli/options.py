@@ -101,7 +101,8 @@ FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell
 SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
 ORDER = option("--order", None, "Minimum order of contact at the design position (99: exact).", int, default=0)
 PINS_ONLY = switch("--pins-only", "Revolute joints only, no sliders.")
-EFFORT = option("--effort", "N", "Search N times as long, from more starting points.", int, default=1)
+LONGER = "Search N times as long, from more starting points"
+EFFORT = option("--effort", "N", f"{LONGER}.", int, default=1)
 LIMIT = option("--limit", "N", "Maximum number of answers.", int, default=ANSWERS)
 FORMAT = option(
     "--format",

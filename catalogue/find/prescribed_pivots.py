@@ -106,7 +106,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
         order = np.argsort(deviation, kind="stable")[: int(np.isfinite(deviation).sum())]
         report.measured = len(order)
-        order = _seeds(built, order, LIMITS.refined * problem.effort)
+        order = _seeds(built, order, LIMITS.refined * max(problem.effort, 1))
     if not len(order):
         return None
     with report.timed("refine"):
@@ -136,7 +136,7 @@ def posed(problem: Problem) -> Posed:
     places = PLACES if kind == "fixed" else np.array([0.5])
     pairs = pivots[None]
     if wanted.within:
-        drawn = np.random.default_rng(0).random((LIMITS.pairs * problem.effort, 4))
+        drawn = np.random.default_rng(0).random((LIMITS.pairs * max(problem.effort, 1), 4))
         off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
         pairs = np.concatenate([pairs, pivots + wanted.within * off])
     nominal = _nominal(problem)

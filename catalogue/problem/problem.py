@@ -72,7 +72,7 @@ class Request:
             raise InvalidRequest(f"find wants a StraightLine, CircularArc or Request, not {quoted(self.path)}")
         if not isinstance(self.constraints, Constraints):
             raise InvalidRequest(f"constraints must be Constraints, not {quoted(self.constraints)}")
-        kept: dict[str, Any] = {name: whole(name, getattr(self, name), 1) for name in ("limit", "effort")}
+        kept: dict[str, Any] = {"limit": whole("limit", self.limit, 1), "effort": whole("effort", self.effort, 0)}
         kept |= {name: switch(name, getattr(self, name)) for name in ("refine", "cognates")}
         kept["per_series"] = None if self.per_series is None else whole("per_series", self.per_series, 0)
         kept["round_to"] = None if self.round_to is None else positive("round_to", self.round_to)
@@ -293,7 +293,7 @@ class Problem:
     constraints: Constraints
     ranking: Ranking
     limit: int  # maximum number of answers
-    effort: int  # multiple of the usual search time
+    effort: int  # multiple of the usual search time; 0: the first list
     scale: complex  # z -> scale z + shift maps the path to the user's frame
     shift: complex
     #: Objective in place of the ranking: minimise the violation of this constraint, or of

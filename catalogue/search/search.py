@@ -175,7 +175,7 @@ class Search:
             if self.refines and not self._feasible and not self._by_deviation:
                 self._lead_in()
                 break
-            if self._worth_something.sum() >= self.enough:
+            if self._worth_something.sum() >= self.enough or (self._feasible and not self.problem.effort):
                 break
             yield ""
         yield self._enough_for_all
@@ -356,7 +356,8 @@ class Search:
     @property
     def _enough_for_all(self) -> str:
         """Why the search ends after its broad phases."""
-        if not self.refines or not self._feasible or not self._is_hard or self.enough == 1:
+        ends = not self.problem.effort or not self._is_hard or self.enough == 1
+        if ends or not self.refines or not self._feasible:
             return "found"
         return "good enough" if self._in_gap else ""
 
@@ -379,7 +380,7 @@ class Search:
     @property
     def _in_gap(self) -> bool:
         """Whether no answer can be much better than the best that was found."""
-        return self._has_bound and self.problem.effort == 1 and self._least <= self.problem.ranking.good
+        return self._has_bound and self.problem.effort <= 1 and self._least <= self.problem.ranking.good
 
     @property
     def _worth_something(self) -> Array:

@@ -53,7 +53,7 @@ KEYWORDS = st.fixed_dictionaries(
                                     ["size", "deviation"]]),
         "desires": st.sampled_from([{"size": (200, 600)}, {"transmission": (60, 20, 2), "travel": (1, 2)}]),
         "limit": st.integers(1, 99),
-        "effort": st.integers(1, 9),
+        "effort": st.integers(0, 9),
         "per_series": st.integers(0, 9),
         "distinct": st.floats(0, 0.9),
         "refine": st.booleans(),
