@@ -126,13 +126,12 @@ def searched(
         where they are good enough.
     """
     within, mirrors, sought = problem.tightened(), problem.mirrors, problem.sought()
-    if given is not None and any(mirrors):
-        given = mirror_image(sought, given, *mirrors)
+    starts = mirror_image(sought, given, *mirrors) if given is not None and any(mirrors) else given
     every = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
         search = Search(
-            replace(sought, ranking=ranking), database, report, refines=refine, given=given, warm=warm
+            replace(sought, ranking=ranking), database, report, refines=refine, given=starts, warm=warm
         ).run()
         every.append(search)
         for _ in range(1, problem.effort):
@@ -154,12 +153,17 @@ def searched(
         with report.timed("round lengths"):
             found = with_round_lengths(problem, found, round_to)
     found = found[np.flatnonzero(feasibility(problem, found).all)]
+    if not len(found):
+        return None
     with report.timed("verify"):
-        if len(found):
-            found = final(problem, found, rigid=round_to is not None)
-            found = found[np.flatnonzero(feasibility(problem, found).all)]
-        if not len(found):
+        found = final(problem, found, rigid=round_to is not None)
+        found = found[np.flatnonzero(feasibility(problem, found).all)]
+    if not len(found):
+        if problem.effort:
             return None
+        how: dict[str, Any] = {"cognates": cognates, "round_to": round_to, "given": given, "warm": warm}
+        return searched(database, replace(problem, effort=1), report, refine=refine, **how)
+    with report.timed("verify"):
         found, front = select_top(problem, found)
         certificate = certified(problem, found) if refine and round_to is None else None
     return Selection(found, front, certificate)

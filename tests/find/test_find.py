@@ -13,6 +13,7 @@ import pytest
 
 import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
+from catalogue.find import find as finding
 from catalogue.find.candidate import COLUMNS
 from catalogue.problem.criteria import CRITERIA
 from tests.find.conftest import at_home
@@ -377,6 +378,20 @@ def test_a_looser_tolerance_gives_nothing_worse(ask: Ask) -> None:
 def test_more_effort_never_makes_the_best_worse(ask: Ask, criterion: str, constraints: dict[str, float]) -> None:
     costs = [PRICE[criterion](ask(LINE, rank_by=criterion, limit=1, effort=e, **constraints)[0]) for e in (0, 1, 2)]
     assert all(later <= first + 1e-9 * abs(first) for first, later in pairwise(costs)), costs
+
+
+def test_first_answers_that_do_not_last_are_not_the_end(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the measurement at the end refuses all of them, the search goes on as at effort 1."""
+    measured, efforts = finding.final, []
+
+    def refused(problem: Any, found: Any, **how: Any) -> Any:
+        efforts.append(problem.effort)
+        found = measured(problem, found, **how)
+        return found if problem.effort else found[:0]
+
+    monkeypatch.setattr(finding, "final", refused)
+    assert small.find(LINE, min_transmission=40, limit=1, effort=0)
+    assert efforts == [0, 1]
 
 
 # -- what was denied --------------------------------------------------------------------------------------------------
