@@ -263,5 +263,5 @@ GENERAL = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """Self-inverse."""
+    """Return the series, which is its own inverse."""
     return [GENERAL]

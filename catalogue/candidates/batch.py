@@ -158,7 +158,10 @@ def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Co
 
 
 def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
-    """Return the orientations, each (reverse, over) for n guides; two for an arc."""
+    """List the orientations of n guides as pairs of masks (n,), reverse and over.
+
+    Four of a line, two of an arc.
+    """
     flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
 
@@ -232,7 +235,7 @@ def _shown_expectations(problem: Problem, found: CandidateBatch) -> Floats:
 
 
 def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, traced: Traced) -> Floats:
-    """Return the allowances of traced guides as they are shown and bounded."""
+    """Compute the allowances of traced guides for display and constraints."""
     zone = Zone(*problem.zone)
     exactly = finite_allowances if zone.free == FREE else allowances
     return exactly(problem.deviation, guides, traced, zone)

@@ -84,12 +84,12 @@ def nearest(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indices:
-    """Select the best placed designs (n, 2, 2, 3) that are unlike each other.
+    """Select the best placed designs (n, 2, 2, 3), each unlike the others.
 
     Parameters
     ----------
     merit : ndarray, shape (n,)
-        Less is better; those that are not finite are left out.
+        Less is better; designs with infinite or NaN merit are left out.
     count : int
         Largest number.
     mirror : bool
@@ -178,9 +178,9 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
 
 
 def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
-    """Select the first of an order that are unlike each other.
+    """Select the first entries of an order, each unlike the others.
 
-    As many as are requested, and few of a series while there are others.
+    Up to the requested number, and few of one series while others have entries.
     """
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, SELECTION.identical)

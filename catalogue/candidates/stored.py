@@ -39,7 +39,7 @@ def origin(rows: Mapping[str, Array]) -> Origin:
 
 
 def as_stored(problem: Problem, rows: Mapping[str, Array]) -> CandidateBatch:
-    """Return stored reaches laid along a path as they are, at the strokes that are stored."""
+    """Place stored reaches along a path, unchanged, at their stored strokes."""
     guides = canonical(rows)
     traced = trace(guides, rows["half"], circle=problem.curved, split=True, centre=rows["centre"], nodes=16)
     return on_path(problem, origin(rows), guides, traced)

@@ -161,7 +161,7 @@ class _Tangent:
         return 0.0
 
     def turned(self, place: Array, pin: Array, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
-        """Return what the square of a rotation about a pin adds at a place."""
+        """Compute the acceleration of a place by the square of a rotation about a pin."""
         return 0.0
 
     def known(self, group: int) -> tuple[Array | float, Array | float]:  # noqa: ARG002  # other orders use it

@@ -44,10 +44,10 @@ RPP = "RPP"
 
 
 class Most(IntEnum):
-    """Limits of a chain.
+    """Limits of a chain: its bars, the teeth of a wheel, and the turns of its drive.
 
-    Bars; teeth of a wheel, of which gear ratios are quotients; turns of the drive until all wheels
-    are back, as each is searched for dead points.
+    Gear ratios are quotients of numbers of teeth.  The drive turns until all wheels are back where
+    they began, and each of these turns is searched for dead points.
     """
 
     BARS = 40
@@ -252,7 +252,7 @@ class Structure:
 
     @cached_property
     def arm(self) -> list[int]:
-        """Joints, but for its pin, of a driving crank that turns no wheel."""
+        """Joints of a driving crank that turns no wheel, without its pin."""
         bar, link = self.driver
         if link.is_slide or any(self.drive in (gear.first, gear.second) for gear in self.gears):
             return []

@@ -97,7 +97,7 @@ def _bound(
 
 
 def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
-    """Return the families, among those asked for, that have pins only."""
+    """Select the requested families that have pins only."""
     if collection.pinned is None:
         raise InvalidRequest(f"--pins-only does not go with {collection.name}: the kinds of its joints are not known")
     found = [name for name in collection.families if name in collection.pinned and (not families or name in families)]

@@ -37,7 +37,7 @@ KEY = "catalogue.unit"
 
 
 class Length(_ParamType):
-    """A length, converted to the unit of output if it has its own."""
+    """A length, with or without a unit; one with a unit is converted to that of the output."""
 
     name = "length"
 

@@ -142,7 +142,7 @@ class Measured:
 
     @staticmethod
     def no(reason: str) -> Measured:
-        """Return that a mechanism cannot be laid."""
+        """Return the measures of a mechanism that cannot be placed: NaN, with the reason."""
         return Measured(math.nan, None, {}, {}, reason)
 
 

@@ -38,7 +38,7 @@ class Degeneration(NamedTuple):
     dead_sine: float = 1e-7
     #: Sine and distance below which it is at one if rounding leaves too little of kappa.
     near_sine: float = 1e-2
-    #: Relative error of kappa by rounding above which that is so: three digits are left.
+    #: Relative error of kappa above which rounding leaves too little of it: three digits.
     noise: float = 1e-3
     #: Size below which the distance from the line is rounding [distance from the origin].
     rounding: float = 1e-9

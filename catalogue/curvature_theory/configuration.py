@@ -31,7 +31,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         some = linkage[regular]
         pole = instant.pole[regular, 0] + 1j * instant.pole[regular, 1]
         normal = instant.axes[regular, 1, 0] + 1j * instant.axes[regular, 1, 1]
-        # at a dead point the pole is not where the rays meet, and is as sure as the pivots
+        # at a dead point the rays do not determine the pole: take the distances from it directly
         plain = (some.rays[:, :, None].conj() * (some.points - pole[:, None, None])).real
         plain = np.where(some.finite, plain, np.inf)
         dead = np.abs(some.sine)[:, None] < DEGENERATE.dead_sine

@@ -1,11 +1,11 @@
 """Test whether coupler points stay on their nominal over the finite motion.
 
-The Taylor series of a path is weighed on the scale on which its terms are alike.  Where the pole is
-far, at 1e8 times the linkage say, a point near it runs about as fast to and fro as along its path.
-On that scale every term of its error is below rounding, though the point leaves its nominal as soon
+A Taylor series alone cannot decide it.  Its terms are compared at the parameter at which those of
+the path are alike.  If the pole is far, at 1e8 times the size of the linkage say, that parameter is
+so small that every term of the error is below rounding, though the point leaves its nominal as soon
 as the linkage turns visibly.  So a point counts as exact only if the finite motion, in the charts
-that carry it farthest, keeps it on its nominal.  The terms of other points are weighed at a visible
-rotation.
+that carry it farthest, keeps it on its nominal.  The terms of other points are compared at a
+visible rotation.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Coincidence(NamedTuple):
-    """When two guided elements are one."""
+    """Distances up to which two guided elements coincide."""
 
     near: float = 1e-9  #: largest distance of their points [sizes of the linkage]
     #: Largest distance of coincident principal pairs, and largest coefficient that counts as zero

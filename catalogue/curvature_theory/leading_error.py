@@ -31,8 +31,8 @@ from .taylor import TERMS, Jet, jet, norm_squared
 
 #: Order of contact of a guide that is exact on the finite motion.
 EXACT = 99
-#: A coefficient below this part of the path's own terms counts as zero: guided points are given
-#: with 16 digits, and with 8 where two principal pairs coincide.
+#: Coefficient, over the largest term of the path, below which it counts as zero: guided points have
+#: 16 digits, and 8 where two principal pairs coincide.
 TOLERANCE = 1e-8
 #: Most positions that a point has in common with its nominal unless it is exact.
 MOST = 6

@@ -90,7 +90,7 @@ def cells(series: Series) -> list[Cell]:
         names = {str(name) for one in mine for name in one.instant.configuration}
         for name in sorted(names, key=lambda name: [(ORDER.find(letter), letter) for letter in name]):
             best = (_best(one, name) for one in mine if name in one.instant.configuration)
-            # a member without a condition of its own stands for the configuration, if it has it
+            # prefer the general member of the series to members with additional conditions
             found.append(min(best, key=lambda choice: (choice[0].member != "general", choice[1]))[0])
     shown = {(cell.family, cell.member) for cell in found}
     special = [one for one in sampled if (one.member.family, one.member.name) not in shown]
@@ -121,10 +121,7 @@ def _sampled(series: Series, member: Member) -> _Sampled:
 
 
 def _finite(pairs: Floats) -> Floats:
-    """Scale homogeneous points to w = 1, at infinity to a unit direction.
-
-    Beyond 1e6 rho0 is at infinity.
-    """
+    """Scale homogeneous points to w = 1; points beyond 1e6 rho0 become unit directions."""
     length, w = np.hypot(pairs[..., 0], pairs[..., 1]), pairs[..., 2]
     far = np.abs(w) < 1e-6 * length
     scaled = pairs / np.where(far, length, w)[..., None]

@@ -48,7 +48,7 @@ PAGE = Layout()
 
 @dataclass(frozen=True)
 class ChainPicture:
-    """What is drawn of a mechanism of many bars.
+    """Contents of a drawing of a mechanism of many bars.
 
     Attributes
     ----------

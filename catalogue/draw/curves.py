@@ -53,7 +53,7 @@ class Curve(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """The drive from the start of a motion: what it measures, of which bar, in which unit."""
+    """The drive from the start of a motion: its quantity, bar and unit."""
 
     what: str
     of: str

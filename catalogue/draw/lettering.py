@@ -61,7 +61,7 @@ def _dimension(series: Series) -> str:
 
 
 def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, float, float]) -> None:
-    """Write below a cell, a box in parts of the sheet, what it shows."""
+    """Write the caption of a cell below it; the cell is a box in parts of the sheet."""
     left, bottom, wide, _ = box
     inch, gid = 1 / figure.get_figheight(), f"cell-{number}-"
     special = "" if cell.member == "general" else f", {cell.member}"
@@ -159,7 +159,7 @@ def frame(figure: Figure, width: float, height: float) -> None:
 
 
 def legend(figure: Figure, shown: list[Cell], width: float, height: float) -> None:
-    """Explain the lines that there are."""
+    """Explain the kinds of lines in the drawing."""
     from matplotlib.lines import Line2D
 
     entries: list[tuple[str, dict[str, Any]]] = [

@@ -200,7 +200,7 @@ class Layers:
         return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
 
     def _carried(self, *content: str) -> Markup:
-        """Return what the coupler carries, drawn in its position given about its origin."""
+        """Draw parts of the coupler in its given position, about its origin."""
         carrier = self.shown.carried(np.array([self._origin]))[:, 0]
         return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))
 

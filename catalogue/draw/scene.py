@@ -75,7 +75,7 @@ class Scene:
 
 
 def scene_of(shown: Poses) -> Scene:
-    """Return the scene of poses, without what only a stroke has."""
+    """Make the scene of a mechanism that is moved without a stroke."""
     none = np.empty(0)
     return Scene(
         shown.kinds,

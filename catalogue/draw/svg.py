@@ -64,7 +64,7 @@ def plate(z: Array, radius: float) -> str:
 
 
 def _hull(z: Complexes, near: float) -> Complexes:
-    """Return the convex hull of up to three points by ascending angle; close points are one."""
+    """Compute the convex hull of up to three points by ascending angle; close points coincide."""
     corner = [z[0]]
     for point in z[1:]:
         if min(abs(point - other) for other in corner) > near:

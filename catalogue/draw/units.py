@@ -16,7 +16,7 @@ def decimals(unit: str) -> int:
 
 
 def fixed(value: float, digits: int) -> str:
-    """Return a number with so many decimals, without a sign where they are all zero."""
+    """Format a number with a given number of decimals; zero has no sign."""
     told = f"{value:.{digits}f}"
     return told.lstrip("-") if float(told) == 0 else told.replace("-", "−")
 

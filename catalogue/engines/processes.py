@@ -29,7 +29,7 @@ from .worker import receive, send
 
 #: Time for a process that closed its pipe to end [s].
 GRACE = 5.0
-#: Signals by which a system, or its user, ends a process; by others it ends itself.
+#: Signals from outside a process: its task is tried again.  Others are faults of the task.
 SYSTEM = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGXCPU")
 
 

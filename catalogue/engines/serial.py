@@ -16,7 +16,7 @@ class Serial(Engine):
         self._begin = begin
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
-        """Run a task; its future is done."""
+        """Run a task at once, and return its completed future."""
         future: Future[Any] = Future()
         future.set_running_or_notify_cancel()
         try:

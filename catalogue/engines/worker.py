@@ -80,7 +80,10 @@ def _answer(task: bytes) -> tuple[bool, Any]:
 
 
 def _pickled(answer: tuple[bool, Any]) -> bytes:
-    """Pickle an answer; an error that cannot be, or not back, as a `PluginError` of one line."""
+    """Pickle an answer.
+
+    An error that cannot be pickled and restored is replaced by a `PluginError` of one line.
+    """
     try:
         content = pickle.dumps(answer)
         if not answer[0]:

@@ -1,9 +1,8 @@
-"""A guide as a script for pylinkage, to move it and assert its deviation.
+"""Write a guide as a script for pylinkage, which moves it and asserts its deviation.
 
-pylinkage closes a dyad by the nearer of its two ways to be closed, position by position.  That is
-right as long as the dyad stays away from where both are one: no dead point of the driving crank, no
-change point in the stroke.  Elsewhere, and for families that pylinkage has no dyads for, no script
-is made.
+From position to position pylinkage closes a dyad in the way nearer to the last position.  That is
+right as long as the two ways stay apart: without a dead point of the driving crank or a change
+point in the stroke.  No script is written elsewhere, nor for families whose dyads pylinkage lacks.
 """
 
 from __future__ import annotations

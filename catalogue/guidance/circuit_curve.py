@@ -61,7 +61,7 @@ class CircuitMotion(Columns):
 
     @property
     def origin(self) -> Complexes:
-        """About which poses turn, shape (k,)."""
+        """Points about which poses turn, complex, shape (k,)."""
         return np.asarray(self.scale * (self._start.origin + self._start.d[0]) + self.shift)
 
     @cached_property

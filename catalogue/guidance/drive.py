@@ -78,13 +78,19 @@ def drive_metrics(
     inverse: bool = False,
     nodes: int = DRIVE_GRID.nodes,
 ) -> DriveMetrics:
-    """Return how traced guides, their points as they are, work over the stroke.
+    """Measure how traced guides, with unchanged points, are driven over the stroke.
 
-    The measures tell the driver.
-
-    `inverse`: the guides are inversions of machines with a slot, as in
-    `catalogue.guidance.metrics.measure`, and the measures are those of the machines.  `nodes`:
-    intervals between the positions that are read at first.
+    Parameters
+    ----------
+    guides, traced
+        Guides and their stroke.
+    measures : Measures
+        They state the driving crank.
+    inverse : bool
+        The guides are inversions of linkages with a slot, as in
+        `catalogue.guidance.metrics.measure`; the measures are those of the linkages.
+    nodes : int
+        Intervals between the positions of the first grid.
     """
     moves = SampledPoses.of(guides, traced, nodes, inverse=inverse)
     driver, turns = measures.driver, measures.rotates

@@ -333,9 +333,9 @@ def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -
 
 
 def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indices:
-    """Put `new` into the alternating reference.
+    """Exchange a point of the alternating reference for `new`, so that signs alternate.
 
-    `like_first`: its residual has the sign of the first point's.
+    `like_first`: whether the residual of `new` has the sign of that of the first point.
     """
     size = len(index)
     below = (index < new).sum(0)  # how many points lie before it

@@ -181,9 +181,8 @@ def sensitivity(
 ) -> Sensitivity:
     """Compute the sensitivities of traced guides with unchanged points that do not return.
 
-    The positions that are looked at have `stations` intervals between them, twice as many and so
-    on, at `most` so many, where these do not resolve the sum of squares, by its last two Chebyshev
-    coefficients.
+    The number of intervals between the evaluated positions is doubled, from `stations` to at most
+    `most`, until the last two Chebyshev coefficients of the sum of squares are small.
     """
     points = grid(stations)
     t, tangent = traced.parameters(points.nodes), ways(guides, traced, points.nodes)

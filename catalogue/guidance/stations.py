@@ -1,12 +1,12 @@
-"""Machines in the poses in which their guided points stand at stations along the nominal.
+"""Poses of linkages with their guided points at stations along the nominal.
 
-The nominal is an arc of given curvature, or a line, whose chord runs from 0 to 1.  At a station
-the distance of the guided point from the nominal and the angle of the coupler are two unknowns;
-the dyads are two equations for them, see `catalogue.guidance.sensitivity`.  Newton's method
-solves these from the last station, or from where the machine stood before a small move.
+The nominal is an arc of given curvature, or a line, whose chord runs from 0 to 1.  At a station the
+distance of the guided point from the nominal and the angle of the coupler are two unknowns; the
+dyads are two equations for them, see `catalogue.guidance.sensitivity`.  Newton's method solves
+these, starting from the last station, or from the pose before a small move of the pivots.
 
-This is no trace: it tells neither circuits nor places where the point turns back.  What is found
-so has to be measured.
+These poses are no verified motion: circuits, and places where the point turns back, are not
+detected.  Results have to be measured.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .sensitivity import PoseJacobian, jacobian_at
 
 
 class StationOptions(NamedTuple):
-    """How machines are laid at stations along the nominal."""
+    """How linkages are solved for stations along the nominal."""
 
     #: Intervals between the stations at first: most deviations are then known to some per cent.
     intervals: int = 16
@@ -232,10 +232,10 @@ class Stationed(Rows):
         return np.asarray(-((after - place) * (1j * tangent).conj()).real.T / STATION.bend_step)
 
     def laid(self, *, any_radius: bool) -> Stationed:
-        """Lay machines by the similarities that place their paths best along the nominals.
+        """Move linkages by the similarities that fit their paths best to the nominals.
 
-        A line takes the chord of the path in the mean, an arc of a given radius its place, one
-        of any radius all three, in the mean square.  Machines far astray stay.
+        Mean squares: for a line its chord is fitted, for an arc of a given radius its place, for
+        one of any radius all three.  Linkages far astray stay.
         """
         near = self.deviation < STATION.astray
         error = np.where(near[:, None], self.error, 0.0)

@@ -61,7 +61,7 @@ QUICK_SEARCH = QuickSearch()
 
 #: Windows of a linkage left after each of the first corrections of a stroke, in a quick search.
 KEPT = (3, 2, 1)
-#: Most corrections of a stroke on the coarse and the fine grid, in a thorough and a quick search.
+#: Most corrections of a stroke: (thorough, quick search) on the coarse grid, and on the fine one.
 CORRECTIONS = ((4, 1), (5, 7))
 
 

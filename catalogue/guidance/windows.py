@@ -109,9 +109,9 @@ class Stretches(Rows):
 
 @dataclass(frozen=True)
 class Search:
-    """The windows of some coupler curves.
+    """Search for windows of coupler curves.
 
-    Circuits are numbered within them, but for what `numbered` returns.
+    All results but that of `numbered` count the circuits from 0 within `curves`.
     """
 
     curves: Curves

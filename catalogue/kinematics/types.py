@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-#: Of anything; the docstring says of what.
+#: An array of any type; the docstring states which.
 Array = npt.NDArray[Any]
 Floats = npt.NDArray[np.float64]
 #: Points and vectors of the plane, x + iy.

@@ -286,7 +286,7 @@ def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict
 
 @dataclass(frozen=True)
 class _Laid:
-    """n mechanisms of one family laid along their paths; arrays of shape (n,) unless said.
+    """n mechanisms of one family, placed along their paths; arrays of shape (n,) unless stated.
 
     Attributes
     ----------
@@ -295,7 +295,8 @@ class _Laid:
     u : complex ndarray, shape (s, n)
         Directions of the slides.
     low, high, deviation, radius : ndarray
-        Phases of the path [rad]; as laid, NaN where it cannot be [length].
+        Phases of the path [rad]; deviation and radius there [length], NaN where it cannot be
+        placed.
     """
 
     family: ChainFamily

@@ -159,7 +159,7 @@ def _store(connection: Connection, rows: list[dict[str, Any]]) -> int:
 
 
 def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[dict[str, Any]]:
-    """Return one block as it is stored, from a stream of random numbers of its own."""
+    """Draw one block of specimens from its own stream of random numbers, as rows to store."""
     rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
     compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
     try:

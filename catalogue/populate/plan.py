@@ -34,9 +34,8 @@ class Held(NamedTuple):
 class Source:
     """The blocks of one member, in order.
 
-    A block is wanted whole, `BLOCKS.most` guides, but the last: of that only as many as are still
-    missing.  Where a larger build goes on, blocks of which fewer were wanted are `short`: they are
-    removed and made anew.
+    Each block has `BLOCKS.most` guides, the last one the missing rest.  If a larger build
+    continues, blocks that were cut are `short`: they are removed and made again.
     """
 
     series: Series

@@ -184,7 +184,8 @@ def _rigid_size(guides: CouplerCurve) -> Floats:
 def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
     """Select the longest row of each guide at each level, shape (steps, guides); -1 for none.
 
-    A tighter row serves where the longest window runs into a dead point, or its path is shorter.
+    Where the longest window of a level ends at a dead point, or is shorter than that of a tighter
+    level, the row of the tighter level is selected.
     """
     best = np.full((len(steps), len(least)), -1)
     guide = reaches["guide"]

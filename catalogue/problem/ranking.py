@@ -126,8 +126,8 @@ class Ranking:
     Attributes
     ----------
     weights : mapping of str to float
-        Weight of each criterion, with the sum 1; also of those of `front`, where one number is
-        needed.
+        Weight of each criterion, with the sum 1.  Criteria of `front` have weights too, for a
+        single cost.
     front : tuple of str
         Criteria of the Pareto fronts; empty for a weighted sum.
     per_series : int

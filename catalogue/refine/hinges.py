@@ -1,9 +1,9 @@
 """Steps that bring linear functions of a few coordinates inside their bounds, many at once.
 
-A hinge is the square of what a function exceeds its bound by; where a bound is strict, multipliers
-shift it until it holds (augmented Lagrangian).  The sum of hinges is quadratic where the same of
-them are open, so that a damped Newton step on those that are open now finds the least, or better
-ones (semismooth Newton).  No programme is solved.
+A hinge is the squared violation of a bound; multipliers shift strict bounds until they hold
+(augmented Lagrangian).  While the active hinges stay the same their sum is quadratic: a damped
+Newton step on the hinges active now finds the minimum, or a better set of active ones (semismooth
+Newton).  No programme is solved.
 
 Source: J. Nocedal and S. J. Wright, Numerical Optimization, 2006, sec. 17.3 (bound-constrained and
 augmented Lagrangian); the damping is ours.
@@ -34,16 +34,18 @@ DAMPING = Damping()
 
 @dataclass(frozen=True)
 class Hinges:
-    """Linear functions of p coordinates, k + l + q for each of n machines, weighted.
+    """Weighted linear functions of p coordinates with their bounds, for n linkages.
+
+    There are k functions with strict bounds on both sides, l with the strict upper bound 0, and q
+    that are reduced below 0 as far as the others permit.
 
     Attributes
     ----------
     slope : ndarray, shape (n, k + l + q, p)
     value : ndarray, shape (n, k + l + q)
-        At the step 0: first those bounded on both sides, then those bounded above by 0, both
-        strictly, at last those to be made less than 0 as far as the others allow.
+        At the step 0.
     bound : ndarray, shape (n,)
-        Of the absolute values of the first.
+        Of the absolute values of the first k.
     sides : (int, int)
         k and l.
     """
@@ -54,7 +56,7 @@ class Hinges:
     sides: tuple[int, int]
 
     def open(self, step: Floats, multipliers: Floats) -> Floats:
-        """Return by what functions exceed their shifted bounds after steps, else 0."""
+        """Compute the violations of shifted bounds after steps; 0 where a bound holds."""
         two, one = self.sides
         reached = self.value + (self.slope @ step[..., None])[..., 0]
         reached[:, : two + one] += multipliers

@@ -1,12 +1,11 @@
-"""A race: many starts led inside the constraints, and on to where they cost less, in cheap rounds.
+"""A race: many starts led inside the constraints in cheap rounds, then to a lower cost.
 
-Machines stand at a few stations along the nominal (`catalogue.guidance.stations`), where their
-errors, limits and measures are linear in the coordinates of the pivots (`race_model`).  A round
-brings these inside their bounds (`hinges`), corrects the step by what the errors are after it, and
-lays the machines anew.  A start is first led inside with something to spare, whatever it costs;
-then its measures aspire to less, and it may leave the constraints a little on its way.  What comes
-of it is no answer yet: circuits, and what happens between the stations, are for the refinement
-(`sqp`) to see.
+Linkages are evaluated at a few stations along the nominal (`catalogue.guidance.stations`), where
+their errors, limits and measures are linear in the coordinates of the pivots (`race_model`).  A
+round brings these inside their bounds (`hinges`), corrects the step by the errors after it, and
+solves for the new poses.  A start is first led inside with a margin, whatever its cost; then its
+measures are reduced, and it may leave the constraints a little on the way.  The result is not yet
+an answer: circuits, and the path between the stations, are left to the refinement (`sqp`).
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ AGAIN = (3,)
 
 @dataclass
 class Race:
-    """n machines under way; arrays of shape (n, ...)."""
+    """State of a race of n linkages; arrays of shape (n, ...)."""
 
     problem: Problem
     here: Linear
@@ -65,7 +64,10 @@ class Race:
 
     @classmethod
     def of(cls, problem: Problem, starts: CandidateBatch) -> Race:
-        """Return the race of candidates along the path, of those that stations can follow."""
+        """Start a race of candidates along the path.
+
+        Those that stations cannot follow are left out.
+        """
         linkage, point = starts.linkage, starts.point
         fit, bend = starts.traced.fit, problem.curvature
         if bend is None:
@@ -151,7 +153,7 @@ class Race:
         self._advance(gained, there[gained], step, multipliers, damping)
 
     def _after(self, step: Floats) -> Stationed:
-        """Return machines after steps (n, p); those that are no linkages then stay."""
+        """Displace linkages by steps (n, p); where the result is invalid they stay."""
         here, machine = self.here, self.here.machine
         coordinates = step[:, :COUNT] * units(machine.linkage, machine.point)
         linkage, point, valid = displaced(machine.linkage, machine.point, coordinates)

@@ -1,7 +1,7 @@
-"""What is asked of machines at stations, linear in the coordinates of their pivots.
+"""Errors, limits and measures of linkages at stations, linearised in the coordinates of the pivots.
 
-Errors, limits and measures become hinges (`hinges`): errors within the tolerance and limits below
-0, strictly; measures towards less than they are, each at the rate at which the cost rises with it.
+They become hinges (`hinges`): errors bounded by the tolerance and limits by 0, strictly; measures
+reduced, each weighted by its marginal cost.
 """
 
 from __future__ import annotations
@@ -57,23 +57,23 @@ RACE_MODEL = RaceModel()
 
 @dataclass(frozen=True)
 class Linear(Rows):
-    """n machines, with what is asked of them linear in the coordinates; arrays of shape (n, ...).
+    """Linear model of n linkages at their stations; arrays of shape (n, ...).
 
     Attributes
     ----------
     machine : Stationed
     slope : ndarray, shape (n, m, p)
-        Of the errors at the stations.
+        Derivatives of the errors at the stations.
     limit, limit_slope : ndarray, shape (n, l), (n, l, p)
-        Broken where positive.
+        Constraints, violated where positive.
     measure, measure_slope : ndarray, shape (n, q), (n, q, p)
-        Pieces of what is ranked, less the largest piece of the measure.
+        Pieces of the ranked measures, less the largest piece of each measure.
     rate : ndarray, shape (n, q)
-        Marginal cost of their measures.
+        Marginal cost of the measure of each piece.
     tolerance, aim : ndarray, shape (n,)
-        Largest error allowed, and that which a step aims at.
+        Largest permitted error, and the error at which a step aims.
     cost, violation : ndarray, shape (n,)
-        What is ranked; errors and limits beyond their bounds together.
+        Cost; total violation of tolerance and limits.
     """
 
     machine: Stationed
@@ -90,7 +90,7 @@ class Linear(Rows):
 
     @classmethod
     def of(cls, problem: Problem, machine: Stationed) -> Linear:
-        """Return machines with what a problem asks of them."""
+        """Linearise a problem at linkages."""
         by = machine.jacobian
         read = _quantities(problem, machine, by)
         unit = units(machine.linkage, machine.point)[:, None]
@@ -151,7 +151,7 @@ class Linear(Rows):
         return Hinges(slope, value, 1 - spare, (error.shape[1], self.limit.shape[1]))
 
     def merit(self, inside: Mask) -> Floats:
-        """Return merits, less is better; infinite for a machine that does not run."""
+        """Compute merits, less is better; infinite for a linkage whose poses do not exist."""
         spare = np.where(inside, RACE_MODEL.free_error, SPARE[0])
         apart = np.where(inside, RACE_MODEL.free_violation, APART[0])
         error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
@@ -178,7 +178,7 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
 
 @dataclass(frozen=True)
 class _Ranked:
-    """What is ranked of n machines, but for their errors."""
+    """Ranked measures of n linkages, without the errors of their paths."""
 
     cost: Floats  #: (n,)
     pieces: list[Pieces]  #: of each measure, by the coordinates as they are
@@ -187,7 +187,7 @@ class _Ranked:
 
     @classmethod
     def of(cls, problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats) -> _Ranked:
-        """Read what is ranked."""
+        """Evaluate the ranked measures, their pieces and marginal costs."""
         ranking, asked = problem.ranking, problem.deviation
         names = sorted(ranking.quantities - {"deviation", "allowance"})
         pieces = [read.ranked(name) for name in names]
@@ -220,9 +220,9 @@ def _both_sides(error: Floats, slope: Floats) -> Pieces:
 
 
 def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
-    """Return the derivatives of the largest scatter of each machine by the coordinates, (n, 10).
+    """Compute the derivatives of the largest scatter by the coordinates, shape (n, 10).
 
-    Differences at its station, to which displaced machines move by their first derivatives.
+    By differences at its station, to which displaced linkages move by their first derivatives.
     """
     square = (by.across**2).sum(-1)
     step = np.tile(GRID.pivot_step * np.eye(COUNT), (len(machine), 1))

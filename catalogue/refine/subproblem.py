@@ -121,7 +121,7 @@ def units(linkage: Linkage, point: Complexes) -> Floats:
 class Subproblem:
     """Distances, constraints and measures of n guides, linearised in p coordinates.
 
-    A step of 1 is large.
+    Coordinates are scaled so that a step of 1 is large.
     """
 
     error: Floats  #: (n, m), distances from the nominal along the path [strokes]

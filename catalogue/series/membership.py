@@ -56,7 +56,7 @@ class Memberships(Sequence[Membership]):
 
     @property
     def series(self) -> list[str]:
-        """Codes of the series that hold."""
+        """Codes of the series to which the linkage belongs."""
         return [m.series for m in self.holding]
 
     def __len__(self) -> int:

@@ -77,7 +77,7 @@ def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
 
 
 def remove_batches(connection: Connection, ids: Sequence[int]) -> None:
-    """Remove these batches, with all that came of them."""
+    """Remove batches with all guides and specimens stored from them."""
     if ids:
         make_indexes(connection)  # without them each row would be looked for in all of the file
         with _writing(connection):

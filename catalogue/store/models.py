@@ -37,7 +37,7 @@ Key = Annotated[int, mapped_column(primary_key=True)]
 
 
 class Base(DeclarativeBase):
-    """Base of the tables: SQLite's types, and a name for every constraint, for its errors."""
+    """Base of the tables: the types of SQLite, and named constraints, for messages of errors."""
 
     type_annotation_map: ClassVar[dict[type, Any]] = {float: REAL, str: TEXT, int: INTEGER}
     metadata = MetaData(

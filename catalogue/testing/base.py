@@ -76,7 +76,7 @@ def belong(sample: Sample, residual: Array, margin: Array, where: str) -> None:
 
 
 def whole(sample: Sample, g: Guided) -> None:
-    """Assert that a guided element is a pair, or NaN."""
+    """Assert that guided elements are valid pairs, or NaN."""
     nowhere = np.isinf(g.pairs).any((1, 2)) | (g.pairs == 0).all(-1).any(-1) | (g.pairs[..., 2] == 0).all(-1)
     means = "at infinity means w = 0, (0, 0, 0) is no point, and of a pair at most one point may be at infinity"
     holds(sample, ~nowhere, "{} is {}; " + means, [g.label] * len(nowhere), g.pairs.tolist())

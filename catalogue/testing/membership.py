@@ -140,7 +140,7 @@ def array_is(name: str, values: object, shape: tuple[int, ...]) -> None:
 
 
 def rows(many: Sample, one: Sample, i: int) -> list[tuple[str, Array, Array]]:
-    """Return what a linkage gives alone and as row i of a batch."""
+    """Pair results for a linkage alone with those for row i of a batch."""
     found = [("its pivots", one.pivots[0], many.pivots[i])]
     for g, h in zip(many.guided, one.guided, strict=True):
         found += [

@@ -1,7 +1,7 @@
-"""Collection: mechanisms as specimens of the catalogue.
+"""Collection: spatial guidance mechanisms as specimens of the catalogue.
 
-`definition.COLLECTION` is what the hook returns: `draw` draws specimens, choosing the point that
-runs straightest (`straightest_point`), `measures` has the metrics and measures what is asked for,
-`classification` says which mechanism it is, `picture` plots it, `plain_data` is how it is stored.
-Import from the modules; they import `kinematics` and `geometry`.
+The hook returns `definition.COLLECTION`.  `draw` draws specimens and chooses the point with the
+straightest path (`straightest_point`), `measures` has the metrics and evaluates them,
+`classification` finds class and special cases, `picture` plots a mechanism, `plain_data` is its
+stored form.  Import from the modules; they import `kinematics` and `geometry`.
 """

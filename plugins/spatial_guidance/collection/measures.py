@@ -23,7 +23,7 @@ from .plain_data import Strokes, alike, plain, strokes
 class Resolution(NamedTuple):
     """How finely a stroke is followed."""
 
-    #: Intervals between the nodes; a quarter of those between the points that are evaluated.
+    #: Intervals between the nodes; the interpolant is evaluated at four times as many points.
     nodes: int = 48
     missed: float = 1e-3  #: permitted error of the interpolant [deviations]
     rounding: float = 1e-11  #: permitted error by rounding [strokes]
