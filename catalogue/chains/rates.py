@@ -4,12 +4,19 @@ All three are tangents of the closing conditions.  With V(W) the velocity of a b
 dyad leaves two unknown speeds, x of its first bar and y of its second (rotations of rods, or
 slidings), in one complex equation
 
-    x e + y f = r,    e, f =  i (C - A), -i (C - B)  (RRR),  i (C - A), -t  (RRP),  i (B - A), t
-    (RPR),
-                              t, -t'  (PRP, RPP)
+    x e + y f = r
 
-with t the direction of a slide; r is what the known bars and the reference pose add.  It is
-singular where the sine of the dyad vanishes, at a dead or change point.
+=========  =========  ==========
+dyad       e          f
+=========  =========  ==========
+RRR        i (C - A)  -i (C - B)
+RRP        i (C - A)  -t
+RPR        i (B - A)  t
+PRP, RPP   t          -t'
+=========  =========  ==========
+
+with t the direction of a slide; r collects the motion of the known bars and of the reference pose.
+The equation is singular where the sine of the dyad vanishes, at a dead or change point.
 
 Source: the usual velocity and acceleration analysis; J. J. Uicker, G. R. Pennock, J. E. Shigley,
 Theory of Machines and Mechanisms, 2003, ch. 3 and 4.  The derivatives follow by the implicit

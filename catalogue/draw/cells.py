@@ -34,7 +34,7 @@ ORDER = "DVTCPXN"
 
 @dataclass(frozen=True)
 class Cell:
-    """A linkage at its instant in the canonical frame, with what it guides."""
+    """A linkage at its instant in the canonical frame, with its guided elements."""
 
     family: str
     configuration: str

@@ -34,7 +34,7 @@ DARK = {
 
 
 def colour(name: str) -> str:
-    """Return the colour of a property: that of the page, or the one on light paper."""
+    """Return the colour of a property: from the page's style, or else that on light paper."""
     return f"var(--guide-{name},{LIGHT[name]})"
 
 

@@ -187,7 +187,7 @@ class Vignette:
     def _guided(self, number: int) -> tuple[complex, str, str]:
         """Draw a guided pair.
 
-        Return where its name belongs, the name and what the element is called.
+        Returns the place of its name, the name and the kind of element.
         """
         guided = self.cell.guided[number]
         gid = f"guided-{number + 1}"

@@ -1,10 +1,10 @@
 """Worker processes of this machine.
 
-They are started as ``python -m catalogue.engines.worker`` and talk over their pipes: unlike the
+They are started as ``python -m catalogue.engines.worker`` and communicate over pipes.  Unlike the
 standard pools they do not import the caller's main module, so that a script needs no guard and a
-notebook works.  They end when their pipe closes, also when this process is killed.  An end that a
-task brings about is told; a task whose process the system kills is tried again.  Where no process
-can be started, in a browser or with a full process table, tasks run one by one in this one.
+notebook works.  They end when their pipe closes, also when this process is killed.  If a task ends
+its process, that is reported; if the system kills the process, the task is tried again.  Where no
+process can be started, in a browser or with a full process table, tasks run one by one in this one.
 """
 
 from __future__ import annotations

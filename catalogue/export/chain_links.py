@@ -100,7 +100,7 @@ def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, fl
 
 
 def _apart(holes: dict[str, complex], size: float) -> dict[str, complex]:
-    """Return the holes, of those that coincide the first."""
+    """Select the first of holes that coincide."""
     kept: dict[str, complex] = {}
     for name, z in holes.items():
         if all(abs(z - other) > SAME * size for other in kept.values()):
@@ -113,7 +113,7 @@ def _diameter(z: Complexes) -> float:
 
 
 def _notes(structure: Structure) -> list[str]:
-    """Return what the parts of a mechanism lack."""
+    """State the limitations of the parts of a mechanism."""
     notes = []
     for gear in structure.gears:
         if gear.ratio == 1:

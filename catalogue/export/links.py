@@ -249,7 +249,7 @@ def link_of(
 
 
 def _coupler(guide: PlacedGuide, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]]) -> Link:
-    """Return the coupler in the coordinates in which `point along` and `point across` are told."""
+    """Express the coupler in the coordinates of `point along` and `point across`."""
     origin, ahead = (complex(in_coupler(guide.linkage, np.array([z]))[0]) for z in (0j, 1 + 0j))
     return _at("coupler", "coupler", origin, ahead - origin, holes, slots)
 

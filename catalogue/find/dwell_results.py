@@ -173,7 +173,7 @@ class DwellCandidate(PlacedGuide):
     def kept_share(self) -> float | None:
         """Fraction of 1000 simulated machines, scattered by the allowance, that keep the residual.
 
-        Or None.
+        None without an allowance.
         """
         standing = self._standing
         if standing is None or self.asked_residual is None or self.allowance is None or self.allowance <= 0:

@@ -321,7 +321,7 @@ class OwnChain:
 
     @property
     def facts(self) -> list[str]:
-        """What a drawing says of it."""
+        """Facts of the mechanism for its drawing."""
         return [f"{len(self.bars)} bars, {self.drive} drives, {self.point} is guided"]
 
     def to_dict(self) -> dict[str, Any]:
@@ -466,7 +466,7 @@ class ChainStretch(OwnChain):
 
     @property
     def facts(self) -> list[str]:
-        """What a drawing says of it."""
+        """Facts of the mechanism for its drawing."""
         measured = f"stroke {self.stroke:.6g}, deviation {self.deviation:.3g}, size {self.size:.4g}"
         return [*super().facts, measured]
 

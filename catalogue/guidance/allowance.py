@@ -208,7 +208,7 @@ class References(Rows):
         return cls(np.broadcast_to(stations, together.shape), together, error, across, missed, wide)
 
     def strongest(self, asked: Floats, count: int) -> References:
-        """Return those references, so many of each guide, which alone would forgive least."""
+        """Select the strictest references of each guide, a given number."""
         if self.error.shape[1] <= count:
             return self
         least = np.minimum(*self.margins(asked))
@@ -447,7 +447,7 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
 
 
 def known(values: Floats) -> Floats:
-    """Return values with 0 for those that are not known."""
+    """Replace unknown values by 0."""
     return np.where(np.isfinite(values), values, 0.0)
 
 

@@ -23,7 +23,7 @@ PIVOT_STEP = 1e-5
 
 
 class Slopes(NamedTuple):
-    """How allowances change, shape (n,) but for the first; 0 where it is not known."""
+    """Derivatives of allowances, shape (n,) but for the first; 0 where unknown."""
 
     by_pivots: Floats  #: (n, 10), by pivots and guided point, as far as these change the sensitivities
     by_deviation: Floats

@@ -71,7 +71,7 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
 
 
 def _excess(traced: Traced, sweep: float) -> Floats:
-    """Return the logarithm of the traced sweeps over the one asked for."""
+    """Compute the logarithm of the traced over the requested sweeps."""
     return np.asarray(np.log(traced.fit.stroke * np.abs(traced.fit.curvature) / sweep))
 
 

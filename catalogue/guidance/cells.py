@@ -170,7 +170,7 @@ def cells_of(curves: Curves, stroke: Floats, which: Indices, circle: bool, radiu
 
 
 def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: bool, radius: float | None) -> Cells:
-    """Return the cells of curves that are cut into so many pieces."""
+    """Return the cells of curves cut into a given number of pieces."""
     s, z = curves.cut(pieces)
     turns, number = curves.circuits.kind != OPEN, np.arange(pieces)[:, None]
     arc, rounding = stroke, 1e-9  # of equal pieces, which may just fill a stroke

@@ -23,7 +23,7 @@ from .wide_arc import along_circuits, traced_about
 
 
 class Simulation(NamedTuple):
-    """How machines are drawn and measured."""
+    """How machines are simulated and measured."""
 
     draws: int = 1000  #: Machines: a share of 95 % is then known to 0.7 %, one standard deviation.
     seed: int = 0  #: seed of the draws: an answer has the same share every time
@@ -45,23 +45,23 @@ def kept_share(
     tolerance: float,
     draws: int = SIMULATION.draws,
 ) -> float:
-    """Return the share of machines whose path keeps a tolerance.
+    """Compute the fraction of simulated machines whose path keeps a tolerance.
 
     Parameters
     ----------
     guides : CouplerCurve
-        One, whose point does not return, in whose frame the nominal runs from (0, 0) to (stroke,
+        One guide whose point does not return; in its frame the nominal runs from (0, 0) to (stroke,
         0).
     traced : Traced
-        The same over its stroke.
+        It, traced over its stroke.
     nominal : Nominal
-        Between whose ends the path is measured.
+        The path is measured between its ends.
     zone : Zone
-        How much of the nominal is placed anew for every machine.
+        Coordinates of the nominal that are fitted to every machine.
     scatter : float
         Standard deviation of the coordinates of finite pivots and of the guided point [length].
     tolerance : float
-        Largest deviation that counts as kept [length].
+        Largest deviation [length].
 
     Returns
     -------
@@ -87,12 +87,12 @@ def kept_share(
 def kept_share_over_arc(
     guides: CircuitCurve, traced: Traced, angle: float, scatter: float, tolerance: float, draws: int = SIMULATION.draws
 ) -> float:
-    """Return the share of machines that keep a tolerance along a wide arc.
+    """Compute the fraction of simulated machines that keep a tolerance along a wide arc.
 
     Parameters
     ----------
     guides, traced
-        One, and the same over its arc.
+        One guide, and it traced over its arc.
     angle : float
         Of the arc [deg].
     scatter, tolerance, draws
@@ -106,7 +106,7 @@ def kept_share_over_arc(
 
 
 def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> tuple[Linkage, Complexes]:
-    """Return machines of one guide whose pivots and guided points scatter."""
+    """Simulate machines of one guide, whose pivots and guided points scatter."""
     each = np.zeros(draws, int)
     steps = scatter * np.random.default_rng(SIMULATION.seed).normal(size=(draws, COUNT)) * scattered(guides.linkage)
     linkage, point, _ = displaced(guides.linkage[each], guides.point[each], steps)

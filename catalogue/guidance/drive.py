@@ -36,30 +36,28 @@ DRIVE_GRID = DriveGrid()
 
 @dataclass(frozen=True)
 class DriveMetrics(Rows):
-    """How n guides work over their strokes.
+    """Measures of the drive of n guides over their strokes.
 
-    Those whose points return from end to end, to the point of rest and back.
+    For a returning point the stroke runs from its end to the point of rest and back.
 
     Attributes
     ----------
     driver : ndarray of int, shape (n,)
-        Number of the crank that drives, 0 where there is none: that of the measures, whose
-        transmission angle `Measures.min_transmission` is.
+        Number of the driving crank, whose transmission angle `Measures.min_transmission` is; 0 if
+        there is none.
     drive_angle : ndarray, shape (n,)
-        By how much it turns over the stroke [deg]; NaN without a crank, and where it turns back on
-        the way.
+        Rotation of the driver over the stroke [deg]; NaN without a crank, and where it reverses.
     time_ratio : ndarray, shape (n,)
-        Of the rest of its turn to that, if it turns fully and steadily; NaN otherwise.
+        Rest of the turn over that rotation, for a driver that turns fully; NaN otherwise.
     uniformity : ndarray, shape (n,)
-        Least over largest speed of the guided point along the path, the driver turning steadily: 0
-        ... 1.  Of a point that returns 0, because it rests on the way.
+        Least over largest speed of the guided point along the path at a steady drive, 0 ... 1.  0
+        for a returning point, which rests on the way.
     advantage : ndarray, shape (n,)
-        Mechanical advantage, the least over the stroke: force of the point along its path over
-        force at the driving crank pin, without friction; their speeds the other way round.  It
-        grows beyond all bounds where a point rests, so that of one that returns it is the least of
-        what it has on the way there and back.
+        Least mechanical advantage over the stroke: force of the point along its path over force at
+        the driving crank pin, without friction.  It is unbounded where a point rests; for a
+        returning point it is the least on the way there and back.
     rotation : ndarray, shape (n,)
-        Range of angles that the coupler takes over the stroke [deg].
+        Range of the coupler's angles over the stroke [deg].
     """
 
     driver: Array
@@ -122,12 +120,10 @@ def drive_metrics(
 
 @dataclass(frozen=True)
 class SampledPoses:
-    """Positions of n guides over the stroke, at the f fine points of a grid.
+    """Positions of n guides over the stroke, at the f fine points of a grid; evaluated on demand.
 
-    Each is read when it is asked for.
-
-    Of machines with a slot everything but the guided point, which moves in their inversions, is in
-    the plane of their frame, which is that of the reference position.
+    For linkages with a slot all parts but the guided point, which moves in their inversions, are in
+    the plane of their frame in the reference position.
     """
 
     linkage: Linkage
@@ -144,10 +140,10 @@ class SampledPoses:
         *,
         inverse: bool = False,
     ) -> SampledPoses:
-        """Return the positions of traced guides.
+        """Sample the positions of traced guides.
 
-        `inverse`: the guides are inversions of machines with a slot, and the positions are
-        those of the machines.
+        `inverse`: the guides are inversions of linkages with a slot; the positions are those of the
+        linkages.
         """
         linkage = guides.linkage
         with np.errstate(all="ignore"):

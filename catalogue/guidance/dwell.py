@@ -29,20 +29,20 @@ NODES = 96
 
 @dataclass(frozen=True)
 class Dwell(Rows):
-    """What rockers do over a full turn of the crank, arrays of one shape [deg].
+    """Dwells of rockers over a full turn of the crank; arrays of one shape [deg].
 
     Attributes
     ----------
     angle : ndarray
-        By how much the crank turns while the rocker keeps within the band about its reference
-        position.
+        Rotation of the crank while the rocker stays within the band about its reference position.
     begin : ndarray
-        By how much the crank has turned from the reference position when that begins, not above 0.
+        Rotation of the crank from the reference position to the beginning of the dwell, not above
+        0.
     residual : ndarray
-        Range of the rocker's angles meanwhile.
+        Range of the rocker's angles during the dwell.
     swing : ndarray
-        Range of the rocker's angles over the turn; NaN if rod and rocker do not reach all the way
-        round.
+        Range of the rocker's angles over the turn; NaN if rod and rocker do not reach over the
+        whole turn.
     transmission : ndarray
         Least angle between rod and rocker over the turn, 0 ... 90.
     """
@@ -92,14 +92,14 @@ def _over_turn(moving: Motion, n: int) -> Pose:
 
 
 def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
-    """Measure rockers driven by rods along a path, arrays (n, m).
+    """Measure the dwells of rockers driven by rods along a path, arrays (n, m).
 
     NaN where rod and rocker do not reach over the whole turn, or the rocker turns fully.
 
-    The path, (f, n), is that of guided points over a full turn in even steps, the dwell in its
-    middle; there the joint D stands at `centre`, (n,).  Tried are rockers about fixed pivots E, (n,
-    m).  They are said to stand still within a band of the width `residual`; those that do not swing
-    by `swing` are of no interest [deg].
+    The path (f, n) has the guided points over a full turn in even steps, the dwell in its middle,
+    where the joint D is at `centre` (n,).  Rockers about fixed pivots E (n, m) are tried.  A dwell
+    keeps within a band of the width `residual`; rockers that swing by less than `swing` are left
+    out [deg].
     """
     transmission, which, angle = _rocking(path, centre, pivot)
     found = np.full((4, *pivot.shape), np.nan)

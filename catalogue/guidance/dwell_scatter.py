@@ -1,9 +1,9 @@
-"""What a scatter of the pivots does to a dwell: its allowance, and machines that are drawn at it.
+"""The allowance of a dwell, and machines simulated at a scatter.
 
-The crank turns between the same directions whatever the pivots are.  Over that part of its turn the
-angle of the rocker is, to first order, linear in the errors of all coordinates; half its range is
-the distance from the best-placed angle, so that the allowance of a path serves for it, with one
-free coordinate.
+The crank turns between the same directions for all pivots.  Over this part of its turn the angle of
+the rocker is, to first order, linear in the errors of all coordinates, and half its range is its
+distance from the best-placed angle.  So the allowance of a path applies to it, with one free
+coordinate.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
 """Allowances along arcs of any radius, on the finite motion of displaced machines.
 
-A circle whose radius is sought too moves far where its arc is shallow, and not in proportion to the
-scatter.  By the theory of `allowance` a path leaves its tolerance A at a displacement R u of the
-coordinates, along each direction u, and its deviation grows there by m / R per unit.  The machine
-displaced so has the deviation A + d instead: it leaves at R / (1 + d / m).  The logarithm of the
-allowance changes by the mean of -ln(1 + d / m) over the directions, each with its share in the tail
-of the scatter; the deviation kept at a given scatter by the mean of d, with these shares over m.
-Machines are displaced in the directions of the largest shares.
+The best-fitting circle of free radius moves far where its arc is shallow, and not in proportion to
+the scatter.  By the linear theory of `allowance` a path leaves its tolerance A at a displacement
+R u of the coordinates, along each direction u, and its deviation grows there by m / R per unit.  A
+machine displaced by R u has in fact the deviation A + d, and so leaves the tolerance at
+R / (1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the
+directions, weighted by their shares in the tail of the scatter.  The deviation kept at a given
+scatter changes by the mean of d, with these shares over m as weights.  Machines are displaced in
+the directions of the largest shares.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ FREE = 3
 
 
 class FiniteScatter(NamedTuple):
-    """How machines are displaced along arcs of free radius."""
+    """Displacements of machines along arcs of free radius."""
 
     #: Directions in which machines are displaced, of 120; half as many leave the probability open
     #: by 2 %.
@@ -48,7 +49,7 @@ SCATTER = FiniteScatter()
 
 
 class Remainder(NamedTuple):
-    """What the finite motion of n guides adds to the linear theory; 0 where it is not measured."""
+    """Corrections of the linear theory by the finite motion of n guides; 0 where not evaluated."""
 
     log_allowance: Floats
     deviation: Floats  #: [length]

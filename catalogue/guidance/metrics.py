@@ -1,30 +1,31 @@
 """Measures of a guide: size, link lengths, transmission angles, rotation of the cranks.
 
-Over the stroke it is measured on the finite motion.  One crank drives: the one with the better
-least transmission angle; where a crank must turn fully, the better of those that do.  Everything
-that depends on the drive is of this crank: `Measures.min_transmission` and `drive_angle` here, and
+Over the stroke they are measured on the finite motion.  One crank drives: the one with the larger
+least transmission angle; where a crank must turn fully, the better of those that do.  All measures
+that depend on the drive are of this crank: `Measures.min_transmission` and `drive_angle` here, and
 all of `catalogue.guidance.drive`.
 
-Over the whole turn it is in closed form.  With a the crank, g the frame, b the coupler, c the other
-crank, e the distance of the crank's fixed pivot from the line of the slider's pivot, and h the
-distance of the crank's moving pivot from the coupler line of a slide:
+Over the whole turn they have a closed form.  With a the crank, g the frame, b the coupler, c the
+other crank, e the distance of the crank's fixed pivot from the line of the slider's pivot, and h
+the distance of the crank's moving pivot from the coupler line of a slide:
 
-====================  ====================================
-============================================ linkage               margin
-cosine of the extreme transmission angles ====================  ====================================
-============================================ four-bar              min(b + c - g - a, |g - a| - |b -
-c|)  (b^2 + c^2 - (g -+ a)^2) / (2 b c) slider-crank          b - a - |e|
-(a + |e|) / b inverted              |g - a| - h                           h / |g - a|
-====================  ====================================
-============================================
+=============  ====================================  =====================================
+linkage        margin                                cosine of extreme transmission angles
+=============  ====================================  =====================================
+four-bar       min(b + c - g - a,                    (b^2 + c^2 - (g -+ a)^2) / (2 b c)
+               |g - a| - |b - c|)
+slider-crank   b - a - |e|                           (a + |e|) / b
+inverted       |g - a| - h                           h / |g - a|
+slider-crank
+=============  ====================================  =====================================
 
 A crank turns fully exactly if its margin is not negative.  At a margin of 0 the linkage has a
-*change point*: on its turn the crank comes to where all pivots lie on one line.  It passes there,
-into either of two motions, so it is said to turn fully (Grashof's condition with its equality, as
-textbooks count such linkages), and the least transmission angle over the turn is 0, which says that
-something must lead it across.  What is 0 is decided by `CHANGE_POINT`, above the rounding of the
-pivots and far below what can be made.  The extremes of the transmission angle lie where crank and
-frame are in line, with a slider where the crank is normal to its line.
+*change point*: in one position of the crank all pivots lie on one line.  The crank passes it, into
+either of two motions, and so counts as turning fully (Grashof's condition with its equality, as in
+textbooks).  The least transmission angle over the turn is then 0: another link must lead it across.
+A margin within `CHANGE_POINT` is 0: above the rounding of the pivots and far below any workshop's
+tolerance.  The transmission angle is extreme where crank and frame are in line, with a slider where
+the crank is normal to its line.
 
 Source: Grashof, Theoretische Maschinenlehre 2, 1883, for the four-bar; Alt, Der
 Uebertragungswinkel, 1932.
@@ -57,11 +58,11 @@ CHANGE_POINT = 1e-9
 
 
 def rotation_margin(linkage: Linkage) -> Floats:
-    """Return by how much each crank turns fully, or fails to, shape (n, 2) [length].
+    """Compute the margins by which cranks turn fully, shape (n, 2) [length].
 
-    The least length by which the links that must reach a position of the turn are longer than
-    needed: positive if the crank turns fully, 0 at a change point (to the rounding of the pivots,
-    cut off at `CHANGE_POINT`), negative if it swings; NaN for a dyad that is no crank.
+    The margin is the least spare length of the links that must reach a position of the turn:
+    positive if the crank turns fully, 0 at a change point (within `CHANGE_POINT`), negative if it
+    swings; NaN for a dyad that is no crank.
     """
     a, g, b, c, e, h = _lengths(linkage)
     kind = linkage.dyads[:, ::-1]
@@ -129,9 +130,9 @@ def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floa
 
 
 def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
-    """Return a, g, b, c, e and h of either crank, shape (n, 2) each.
+    """Compute a, g, b, c, e and h of either crank, shape (n, 2) each.
 
-    Those that the family lacks mean nothing.
+    A length that the family lacks is undefined.
     """
     z = linkage.points
     pivot, pin, far_pivot, far_pin = z[:, :, 0], z[:, :, 1], z[:, ::-1, 0], z[:, ::-1, 1]
@@ -234,16 +235,23 @@ def measure(
     inverse: bool = False,
     driver: Array | None = None,
 ) -> Measures:
-    """Return the measures of traced guides.
+    """Measure traced guides.
 
-    `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated
-    there between the poses, which leaves a few thousandths of the size open.  `turning`: a crank
-    must turn fully; it is the driver, or where none does the one that lacks least.  `driver`:
-    numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
-    inversions of machines whose coupler carries a slot over a fixed point; everything is that of
-    these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot
-    from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in
-    mid-stroke.
+    Parameters
+    ----------
+    in_middle : bool
+        The reference position is that of mid-stroke; else the pivots there are interpolated between
+        the poses, with an error of a few thousandths of the size.
+    turning : bool
+        A crank must turn fully; it is the driver, or, where none does, the crank with the largest
+        margin.
+    driver : ndarray of int, shape (n,)
+        Numbers of the driving cranks; 0: the better one.
+    inverse : bool
+        The guides are inversions of linkages whose coupler carries a slot over a fixed point.  All
+        measures are those of these linkages, over the same motion; `max_arm` is then the distance
+        of the middle of the slot from the nearer moving pivot, and the boxes are in the frame of
+        the slot in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
@@ -369,12 +377,12 @@ def _reach(path: Complexes, pivots: Complexes) -> Floats:
 def transmission(
     linkage: Linkage, at: list[Complexes], x: Complexes, turns: Array | None = None
 ) -> tuple[Floats, Array, Floats]:
-    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg].
+    """Compute the least transmission angle over the poses, shape (n,) [deg].
 
-    Its number; and by how much the sine between the poses may be another.
+    Also the number of the driving crank, and the possible error of the sine between the poses.
 
-    `turns` says which cranks may drive, bit i for dyad i: of these the better one drives, where
-    there are any; of both if not given.  The rest is as of `transmissions`.
+    `turns` selects the cranks that may drive, bit i for dyad i.  The better one of them drives; the
+    better of both where none is selected.  For the other parameters see `transmissions`.
     """
     (least, missed), may = transmissions(linkage, at, x), linkage.dyads.T == RR
     if turns is not None:

@@ -301,7 +301,7 @@ def exchange(
 
 
 def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
-    """Return what a polynomial over `by` leaves of g."""
+    """Compute the residual of g after subtraction of a polynomial over `by`."""
     found = (c[2] * x + c[1]) * x + c[0] if len(c) == 3 else c[1] * x + c[0]
     return np.asarray(g - (found if by is None else found / by))
 

@@ -1,19 +1,18 @@
 """First-order effect of pivot errors and joint play on the path of a guided point.
 
-In the pose z -> z + D + x z, x = exp(i theta) - 1, all coordinates counted from an origin near the
-linkage, each dyad (A, w), (A*, w*) demands (see `motion`)
+In the pose z -> z + D + x z, x = exp(i theta) - 1, with all coordinates relative to an origin near
+the linkage, each dyad (A, w), (A*, w*) satisfies (see `motion`)
 
     w w* |D|^2 + 2 Re(conj(w (1 + x) A* - w* A) D) - 2 Re(conj(A) A* x) = 0
 
-for whatever pivots stand in the reference position.  A change of the pivots therefore changes D and
-theta by a linear equation of each dyad; the third one keeps the guided point from running along its
-nominal, so that what is left is its displacement across, at the same place of the stroke.  No chart
-enters, and nothing is singular but cusps of the path and change points.
+A change of the pivots therefore changes D and theta by one linear equation for each dyad.  A third
+one keeps the guided point at its place along the nominal, so that its displacement across remains.
+No chart enters, and only cusps of the path and change points are singular.
 
-To first order, where a pivot is off by a small vector e_i, the point is displaced across its
-nominal by the sum of g_i . e_i.  The largest sum over vectors of length 1 is the sum of |g_i|; over
-vectors whose coordinates are independent with standard deviation 1 its standard deviation is the
-root of the sum of |g_i|^2.  Both are taken where on the stroke they are largest.
+To first order, small errors e_i of the pivots displace the point across its nominal by the sum of
+g_i . e_i.  For vectors of length 1 the largest sum is the sum of |g_i|; for vectors with
+independent coordinates of standard deviation 1 the standard deviation of the sum is the root of the
+sum of |g_i|^2.  Both are taken at their largest over the stroke.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ def nominal(curvature: Floats, intervals: int = STATION.intervals) -> tuple[Comp
 
 
 class _Dyads(NamedTuple):
-    """Pivots of n machines, seen from their guided points, and which of them are finite."""
+    """Pivots of n linkages relative to their guided points, and a mask of the finite ones."""
 
     fixed: Complexes  #: (2, n)
     moving: Complexes  #: (2, n)
@@ -120,7 +120,7 @@ class _Dyads(NamedTuple):
 
 @dataclass(frozen=True)
 class Stationed(Rows):
-    """n machines whose guided points stand at m stations along their nominals.
+    """n linkages in m poses each, with their guided points at stations along the nominals.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ class Stationed(Rows):
 
     @classmethod
     def followed(cls, linkage: Linkage, point: Complexes, curvature: Floats) -> Stationed:
-        """Follow machines that stand in mid-stroke from there to all stations."""
+        """Follow linkages from mid-stroke to all stations."""
         place, tangent = nominal(curvature)
         middle, nodes = STATION.intervals // 2, grid(STATION.intervals).nodes
         dyads = _Dyads.of(linkage, point)
@@ -179,7 +179,7 @@ class Stationed(Rows):
 
     @classmethod
     def settled(cls, linkage: Linkage, point: Complexes, curvature: Floats, error: Floats, angle: Floats) -> Stationed:
-        """Find the poses of machines near distances and angles (n, m)."""
+        """Solve for the poses at the stations, from near errors and angles (n, m)."""
         place, tangent = nominal(curvature, error.shape[1] - 1)
         dyads = _Dyads.of(linkage, point)
         with np.errstate(all="ignore"):
@@ -191,7 +191,7 @@ class Stationed(Rows):
         return cls(linkage, point, curvature, e.T, t.T, reached)
 
     def denser(self) -> Stationed:
-        """Return the machines at twice as many stations."""
+        """Solve for the poses at twice as many stations."""
         between = _between(self.intervals)
         error, angle = self.error @ between.T, self.angle @ between.T
         return Stationed.settled(self.linkage, self.point, self.curvature, error, angle)
@@ -261,7 +261,7 @@ class Stationed(Rows):
         return back - 1j * up, left
 
     def _of_best_radius(self, error: Floats) -> tuple[Complexes, Complexes, Floats, Floats]:
-        """Return factors and shifts of arcs of any radius, their curvatures, and what is left."""
+        """Fit arcs of free radius: factors and shifts, curvatures, and remaining errors."""
         place, tangent = self.nominal
         turn = np.angle(tangent).T
         columns = np.stack([np.cos(turn), np.sin(turn), np.ones(turn.shape)], axis=2)

@@ -218,22 +218,22 @@ def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches
 
 
 class _Growing:
-    """n windows in correction to their permitted deviations; arrays of shape (n,).
+    """n windows during the correction to their permitted deviations; arrays of shape (n,).
 
     Attributes
     ----------
     at, by : Stretches, ndarray
-        Windows as they are to be measured next, and how far they may move [rad].
+        Windows to measure next, and how far they may move [rad].
     best : Stretches
-        The longest so far that hold; of stroke 0 where none does.
+        The longest feasible ones so far; stroke 0 if there is none.
     beyond : ndarray
-        Least strokes so far that do not hold [length].
+        Shortest infeasible strokes so far [length].
     power : ndarray
-        Of the stroke with which the deviation grows.
+        Power of the stroke with which the deviation grows.
     last : Stretches
-        As they were measured last.
+        Their last measurement.
     reach : ndarray
-        About how long they become [length].
+        Estimated final length [length].
     """
 
     def __init__(self, seek: Search, at: Stretches, by: Floats, allowed: Floats) -> None:
@@ -312,7 +312,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
 
 
 def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
-    """Return what is found in all blocks of n circuits, several at once."""
+    """Evaluate a function on blocks of n circuits, several at once."""
     if n <= STRETCH_SEARCH.alone:
         return found(np.arange(n))
     cores = os.cpu_count() or 1

@@ -1,10 +1,9 @@
-"""The room that a linkage sweeps over its stroke: how far it leaves a region, or enters others.
+"""The swept area of a linkage over its stroke: how far it leaves a region, or enters others.
 
-The linkage is its links as straight segments: cranks from pivot to pivot, the triangle of both
-moving pivots and the guided point; of a machine with a slot the slot and what joins its ends to
-both moving pivots.  Sliders have their rails, slides their slots, whose ends are joined to the rest
-of the coupler, over the travel of the stroke: see `slides`.  Of a slide the fixed pivot stands for
-the moving one besides.
+Links are straight segments: cranks from pivot to pivot, the triangle of both moving pivots and the
+guided point; with a guided slot the slot and segments from its ends to both moving pivots.  Sliders
+have their rails, slides their slots over the travel of the stroke, with the ends joined to the rest
+of the coupler (see `slides`).  For a slide the fixed pivot also stands for the moving one.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class Traced(Columns):
 
     @classmethod
     def nothing(cls, count: int, kind: Any = float) -> Traced:
-        """Return `count` guides of which nothing was measured."""
+        """Make an unmeasured batch of `count` guides, all NaN."""
         none = np.full(count, np.nan, kind)
         plane = np.full(count, np.nan, np.result_type(kind, np.complex64))
         return cls(Fit(none, none, plane, plane, none, none, none), plane, none, none)

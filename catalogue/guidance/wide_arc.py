@@ -1,11 +1,11 @@
 """Arcs near a half circle and beyond: guides on their circuits, over windows of an angle.
 
 Over such an arc a point runs to and fro along its chord, and a small error turns the chord far.  So
-a window ends where the point, seen from the centre of the mean circle, has gone half the angle from
-the middle of the path, either way.  The mean circle has the radius that is given, and the least
-mean square distance from the path.  The deviation is that from the best-placed circle: its centre,
-of which there may be many where the ends of a path lie opposite, would tell no window.  A motion
-goes on through dead points, and a crank all the way round; its parameter is therefore the phase of
+a window ends where the point, seen from the centre of the mean circle, has moved half the angle
+from the middle of the path, either way.  The mean circle has the given radius and the least mean
+square distance from the path.  The deviation is that from the best-placed circle, which cannot
+define the window: where the ends of a path lie opposite its centre is not unique.  The motion
+continues through dead points, and a crank all the way round, so that its parameter is the phase of
 the circuit.
 """
 

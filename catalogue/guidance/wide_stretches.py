@@ -1,8 +1,8 @@
 """Search circuits for windows nearest to an arc near a half circle or beyond.
 
-A window over such an arc is told by the phase of its middle.  All middles on a curve that is cut
-into pieces are compared by the mean square distance of a few places from their mean circle; the
-best ones are moved on by the deviation itself.
+The phase of its middle identifies a window over such an arc.  A curve is cut into pieces, and the
+middles of all pieces are compared by the mean square distance of a few places from their mean
+circle; the best ones are moved to reduce the deviation itself.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def _begun(
 def _of_pieces(
     curves: Curves, which: Indices, pieces: int, radius: float, length: float, count: int
 ) -> tuple[Indices, Floats, Floats, Complexes]:
-    """Return the same of curves that are cut into so many pieces."""
+    """Find the windows of curves that are cut into a given number of pieces."""
     some = curves[which]
     s, z = some.cut(pieces)
     turns = some.circuits.kind != OPEN
