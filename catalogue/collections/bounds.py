@@ -35,12 +35,12 @@ class Bound:
 
 
 def bounds(collection: Collection, stroke: float, where: Mapping[str, Any]) -> list[Bound]:
-    """Return checked bounds from pairs (least, most) by metric; None leaves a side open.
+    """Check bounds given as pairs (least, most) by metric; None leaves a side open.
 
     Raises
     ------
     InvalidRequest
-        If a metric is unknown, or a pair is not one or holds nothing.
+        If a metric is unknown, or a pair is not one or excludes all values.
     """
     if not isinstance(where, Mapping):
         raise InvalidRequest(f"bounds must be a mapping of metrics to (least, most), not {quoted(where)}")

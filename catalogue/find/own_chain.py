@@ -304,7 +304,7 @@ class OwnChain:
         return draw_chain(self.in_unit(unit).picture(), file)
 
     def picture(self) -> ChainPicture:
-        """Return what a drawing shows: pose, path and ghosts, in the unit of the mechanism."""
+        """Return the contents of a drawing: pose, path and ghosts, in the unit of the mechanism."""
         from ..draw.chain import ChainPicture
 
         low, middle, high = self.drawn

@@ -151,7 +151,7 @@ class PlacedGuide:
 
     @property
     def circuits(self) -> list[Circuit]:
-        """All circuits, that of the given position first."""
+        """All circuits; that of the given position comes first."""
         found = circuits(self.linkage)
         axis = np.degrees(np.angle(found.closure.arm))
         stuck, joined = found.is_immobile, found.is_joined

@@ -1,7 +1,7 @@
-"""A collection made of families of mechanisms of many bars: all that their plugin does not write.
+"""Make a collection of families of mechanisms of many bars: all but their definition.
 
 Specimens are drawn over the domains of the parameters and followed round their circuits.  Their
-straightest and most circular stretches of several lengths are stored, laid out over one stroke.
+straightest and most circular stretches of several lengths are stored, placed over one stroke.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ class _Made:
         return made
 
     def starts(self, pivots: Floats, point: Complexes, request: PathRequest) -> list[Mapping[str, Any]]:
-        """Make mechanisms of four-bars, each of which may have either crank as its own."""
+        """Make mechanisms of four-bars, with either crank of each as their crank."""
         z = pivots[..., 0] + 1j * pivots[..., 1]
         z, point = np.concatenate([z, z[:, ::-1]]), np.tile(point, 2)
         frame = z[:, 1, 0] - z[:, 0, 0]
@@ -345,7 +345,7 @@ class _Laid:
 
     @property
     def good(self) -> Indices:
-        """Numbers of those that are kept."""
+        """Numbers of the mechanisms that are good enough to keep."""
         tight = self.deviation <= DRAWS.deviation * self.stroke
         small = self.metrics["size"] <= DRAWS.size * self.stroke
         driven = self.metrics["min_transmission"] >= DRAWS.transmission
@@ -366,7 +366,7 @@ class _Laid:
         }
 
     def specimens(self, values: Sequence[Mapping[str, float]]) -> list[Specimen]:
-        """Return those that are kept, as stored."""
+        """Return the good mechanisms as specimens to store."""
         kind = "line" if np.isnan(self.radius).all() else "circle"
         made = []
         for i in self.good.tolist():

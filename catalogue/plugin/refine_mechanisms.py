@@ -162,10 +162,10 @@ class _Problem:
 
 
 def _from_nominal(z: Complexes, dz: Array, circle: bool) -> tuple[Floats, Floats]:
-    """Return distances of points (m, n) from the least-squares line or parabola over the chord.
+    """Compute distances of points (m, n) from the least-squares line or parabola over the chord.
 
-    Of short arcs a parabola has the distances of a circle but for the square of them.  The slopes
-    are those at a fixed line, as it is the best one.
+    For short arcs the parabola stands for a circle, with an error of the square of the distances.
+    The slopes are those at a fixed nominal, as the best one is stationary.
     """
     closed = np.isfinite(z).all(0) & np.isfinite(dz).all((0, 1)) & (z[0] != z[-1])
     chord = np.where(closed, z[-1] - z[0], 1)

@@ -85,7 +85,7 @@ class Registry:
 
     @cached_property
     def collections(self) -> dict[str, Collection]:
-        """The collections by name; their plugins are asked, and load what they need, only now."""
+        """The collections by name; plugins load them on first access."""
         sound = [record for record in self.records if not record.error]
         found: dict[str, Collection] = {}
         self._ask("collections", Collection, found)
@@ -98,7 +98,7 @@ class Registry:
         Raises
         ------
         PluginError
-            If there is none; the text lists those that there are.
+            If it is unknown; the message lists the known names.
         """
         return _named(name, self.collections, "the collection")
 
@@ -114,7 +114,10 @@ class Registry:
     def get(self, code: str) -> Series:
         """Return a series by its code.
 
-        `PluginError`, which lists those that there are, if there is none.
+        Raises
+        ------
+        PluginError
+            If it is unknown; the message lists the known codes.
         """
         return _named(code, self.series, "series")
 

@@ -38,7 +38,7 @@ BLOCKS = BlockOptions()
 
 @dataclass(frozen=True)
 class Block:
-    """What a block adds to each table; see `catalogue.store.write_batch`."""
+    """Rows that a block adds to each table; see `catalogue.store.write_batch`."""
 
     batch: Columns
     mechanisms: Columns
@@ -85,11 +85,11 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
 
 
 def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tuple[Columns, Columns]:
-    """Trace the first candidates that hold a level; return columns of guides and reaches.
+    """Trace candidates in order until enough reach a level; return columns of guides and reaches.
 
-    As many are traced as are likely to be needed, and more until there are enough, or no more worth
-    it; and some of each configuration, in `names`, and kind of which none has held a level.
-    Linkages of slots are the inverse ones.
+    First as many as are likely to suffice are traced, then more until there are enough, or the rest
+    is not worth tracing.  Some of each configuration, in `names`, and kind follow of which none has
+    reached a level.  Linkages of slots are the inverse ones.
     """
     if not len(names):
         return together([])

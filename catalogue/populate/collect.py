@@ -102,10 +102,7 @@ def collect(
 
 
 def state(database: Database, name: str) -> dict[str, Any]:
-    """Return what is kept of a build: seed, plan, version, count, complete.
-
-    Empty if there is none.
-    """
+    """Read the state of a build: seed, plan, version, count, complete; empty if there is none."""
     return database.objects([database.get_setting(f"collection {name}") or "{}"])[0]
 
 

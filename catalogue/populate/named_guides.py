@@ -1,4 +1,4 @@
-"""Put the named guides into the database: classified and measured like what is drawn."""
+"""Add the named guides to the database, classified and measured like sampled ones."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _identity(series: object, pivots: Floats, point: complex, order: int, inflec
 
 
 def _held(database: Database) -> dict[str, Identity]:
-    """Return what the database holds of each design, by name."""
+    """Read the stored rows of each design, by name."""
     rows = database.read(
         select(Mechanism.name, Mechanism.series, *PIVOTS, Guide.x, Guide.y, Guide.contact_order, Guide.inflections)
         .join(Guide, Guide.mechanism_id == Mechanism.id)

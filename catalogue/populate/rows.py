@@ -163,7 +163,7 @@ def _of_one_nominal(
 
 
 def _inflections(points: Columns) -> Array:
-    """Count the inflections of paths along lines; as many as are merged by default."""
+    """Count the inflections of paths along lines; default: those merged at the design point."""
     return np.asarray(points.get("inflections", points["contact_order"] - 1))
 
 

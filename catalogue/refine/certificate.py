@@ -1,14 +1,14 @@
 """Certificates of refined guides: the gap to a stationary point, by duality, and the drift.
 
-The drift is how far a guide has left the series of its ancestor.
+The drift is the distance of a guide from the series of its start.
 
-Of the linear problem  min c y  over the steps |s_k| <= r, the measures y, and the constraints  rows
-(s, y) <= right, any multipliers of the rows that balance the cost of the measures prove
+The linearised problem is  min c y  over steps |s_k| <= r and measures y, subject to
+rows (s, y) <= right.  Any multipliers of the rows that balance the cost of the measures prove
 
     min c y >= - right . multipliers - r |rows_s' multipliers|_1,
 
-whatever they are; the bound is exact for the best ones.  What it leaves below the present cost is
-the gap: 0 exactly where the guide is stationary.
+and the best ones make this exact.  The gap is the present cost less this bound: 0 exactly where the
+guide is stationary.
 """
 
 from __future__ import annotations

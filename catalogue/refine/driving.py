@@ -1,8 +1,7 @@
 """Bounds on the drive as smooth pieces, with derivatives by the pivots; loaded on use.
 
-At a fixed place along the nominal the angle of the crank that drives has a derivative by the
-pivots, and so has its own derivative along the path: by how much the crank turns per length of the
-path.
+At a fixed place along the nominal the angle of the driving crank has derivatives by the pivots.  So
+has its derivative along the path, the rotation of the crank per length of the path.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Driving:
         return Pieces(pieces.value / bound - sign, pieces.slope / bound)
 
     def uniformity(self) -> Pieces:
-        """Return less the uniformity as pieces, of which the largest counts."""
+        """Return the negative uniformity as pieces, the largest of which counts."""
         return Pieces.of(self._uniformity(), -1.0)
 
     def _drive_angle(self) -> Iterator[Row]:
@@ -78,7 +77,7 @@ class Driving:
 
     @cached_property
     def _crank(self) -> Row:
-        """Angles of the crank that drives, in its machine; NaN where none does."""
+        """Angles of the driving crank, in its linkage; NaN where none drives."""
         fixed, moving = self.of.ends
         dyads = [(self.of.at(i, moving), self.of.at(i, fixed)) for i in (0, 1)]
         spoke, by = chosen(self._first, *((pin[0] - ground[0], pin[1] - ground[1]) for pin, ground in dyads))
@@ -92,7 +91,7 @@ class Driving:
 
     @cached_property
     def _turning(self) -> Row:
-        """By how much that crank turns per length of the path."""
+        """Rotation of that crank per length of the path."""
         along = differentiation(len(self.of.pose.d) - 1)
         (angle, by), (ahead, by_ahead) = ([times(along, x) for x in row] for row in (self._crank, self.of.at(2, 1)))
         speed = np.abs(ahead)

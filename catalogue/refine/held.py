@@ -1,4 +1,4 @@
-"""Moves of placed guides that leave lengths of links, or pivots, as they are."""
+"""Moves of placed guides that keep lengths of links, or pivots."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class HeldLengths:
         return linkage, point, good
 
     def closed(self, linkage: Linkage, point: Complexes, unit: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return the nearest linkages whose lengths have their values, and the mask of them.
+        """Find the nearest linkages with the held lengths, and a mask of those that exist.
 
-        Only those that there are; moves are measured in units (n, 10, 10).
+        Moves are measured in units (n, 10, 10).
         """
         there = np.ones(len(linkage), bool)
         for _ in range(PROJECTION.rounds):

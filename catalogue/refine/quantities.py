@@ -116,7 +116,7 @@ class Quantities:
 
     @cached_property
     def machine(self) -> Linkage:
-        """The linkages as they are built: those of slots are traced as their inversions."""
+        """The linkages as built: those of slots are traced as their inversions."""
         return self.linkage.inverted() if self.problem.constraints.slots else self.linkage
 
     def __call__(self, name: str) -> Pieces:

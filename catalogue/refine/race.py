@@ -28,7 +28,7 @@ from .subproblem import GRID, units
 
 @dataclass(frozen=True)
 class TrustRegion:
-    """How the radius of steps follows what they gain, in the units of `units`."""
+    """How the trust radius follows the gain of steps, in the units of `units`."""
 
     first: float = 0.1  #: radius of the first round
     widest: float = 0.6  #: largest radius
@@ -96,7 +96,7 @@ class Race:
         return np.where(met, cost, worst + 1 + violation)
 
     def denser(self) -> Race:
-        """Return the race with what it has at twice as many stations."""
+        """Return the race at twice as many stations."""
         with np.errstate(all="ignore"):
             here, best = (Linear.of(self.problem, every.machine.denser()) for every in (self.here, self.best))
         inside = self.inside & (here.violation <= 0)
@@ -120,7 +120,7 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Return the race of some machines, with the limits of their families."""
+        """Select some linkages, with the constraints of their families."""
         with np.errstate(all="ignore"):
             here, best = (Linear.of(self.problem, every.machine[index]) for every in (self.here, self.best))
         none = np.zeros((len(index), here.bounded))
@@ -129,12 +129,12 @@ class Race:
         return replace(self, here=here, best=best, multipliers=none, **kept)
 
     def take_rounds(self, count: int) -> None:
-        """Take so many rounds."""
+        """Take a given number of rounds."""
         for _ in range(count):
             self.round()
 
     def round(self) -> None:
-        """Take a step of every machine, where it helps."""
+        """Take a step of every linkage where it lowers the merit."""
         here, inside = self.here, self.inside
         self.taken += len(here)
         with np.errstate(all="ignore"):

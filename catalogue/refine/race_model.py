@@ -162,7 +162,7 @@ class Linear(Rows):
 
 
 def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quantities:
-    """Return the measures of machines, read at every other station."""
+    """Evaluate the measures of linkages at every other station."""
     linkage, every = machine.linkage, machine.pose
     pose = Pose(every.d[::2], every.x[::2], every.origin)
     built, seen, plane = linkage, pose, 1
@@ -258,7 +258,7 @@ def _joined(pieces: list[Pieces]) -> tuple[Floats, Floats]:
 
 
 def _of_radius(bend: Floats, count: int) -> Pieces:
-    """Return the limits on curvatures, the last of so many coordinates: neither flat nor full."""
+    """Bound the curvatures, the last coordinates: neither flatter nor fuller than permitted."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
     return Pieces(np.stack([bend + 1 / GRID.flattest, -FULLEST - bend], axis=1), slope)

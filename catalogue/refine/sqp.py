@@ -110,20 +110,20 @@ class Refinement:
         penalty: float = SQP.penalty,
         hasty: bool = False,
     ) -> Refinement:
-        """Return the refinement of placed guides, which need not meet the constraints.
+        """Start the refinement of placed guides, feasible or not.
 
-        Points that return are left as they are.
+        Returning points are left as they are.
 
         Parameters
         ----------
         moves : Parametrisation, optional
-            How they may move; freely if not given.
+            Coordinates of their moves; by default all pivots and the point are free.
         nominal : Nominal, optional
             The path itself, from which distances are then measured; guides stay in place.
         penalty : float
-            Cost of a broken constraint, per stroke or radian, to begin with.
+            First penalty of a violation, per stroke or radian.
         hasty : bool
-            Rest after the first round that gains little.
+            Stop after the first round with little gain.
         """
         n = len(start)
         broken = feasibility(problem, start)
@@ -167,9 +167,9 @@ class Refinement:
         return self
 
     def step(self, followed: int = len(RADIUS_FACTORS)) -> bool:
-        """Take one round; return whether any guide is still on its way.
+        """Take one round; return whether any guide has not yet converged.
 
-        So many steps of each guide, the best, are followed by a second one.
+        The best steps of each guide, up to a given number, are followed by a second one.
         """
         at = np.flatnonzero(self.active)
         if not len(at):

@@ -36,9 +36,9 @@ SHARING = ("collapse", "distance from the moving pivots", "radius")
 
 @dataclass(frozen=True)
 class Step:
-    """Steps of n guides, and a bound on what the linearised cost can fall by.
+    """Steps of n guides, and a bound on the possible reduction of the linearised cost.
 
-    With the penalties, by duality.
+    The bound includes the penalties; it follows by duality.
     """
 
     displacement: Floats  #: (n, p), NaN where the problem is not finite
@@ -48,21 +48,19 @@ class Step:
 def take_step(
     problem: Subproblem, radius: Floats, penalty: Floats, margin: float = STEP.margin, share: Floats | float = 1.0
 ) -> Step:
-    """Return the steps |s_k| <= radius of the least linearised cost and penalised violation.
+    """Compute the steps |s_k| <= radius with the least linearised cost and penalised violation.
 
-    Constraints are elastic, each kind with a slack of its own, those that are hardly ever broken
-    with one together.
+    Constraints are elastic: each kind has a slack, and those that are rarely violated share one.
 
     Parameters
     ----------
     radius : ndarray, shape (n,)
     penalty : ndarray, shape (n,)
-        Cost of a broken constraint, per stroke, right angle, or part of the deviation.
+        Cost of a violation, per stroke, right angle, or part of the deviation.
     margin : float
-        How far inside the constraints the steps lead.
+        Distance inside the constraints to which the steps lead.
     share : float or ndarray, shape (n,)
-        Part of the deviation allowed that the steps may use: less where the linear problem promises
-        too much.
+        Part of the tolerance that the steps may use: less where the linear model is too optimistic.
     """
     scaling = _scaling(problem, radius)
     programme = _programme(problem, scaling, radius, penalty, margin, share)

@@ -60,7 +60,7 @@ ALONG = 8
 
 
 class Parametrisation(Protocol):
-    """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
+    """Coordinates of moves of placed guides: steps in p numbers each, of which 1 is a large one."""
 
     def basis(self, found: CandidateBatch) -> Floats:
         """Return the derivatives (n, 10, p) of coordinates by the steps.
@@ -69,18 +69,15 @@ class Parametrisation(Protocol):
         """
 
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
-        """Return linkages and guided points after steps (n, p).
-
-        Of those that are valid, with the mask (n,) of them.
-        """
+        """Return the valid linkages and guided points after steps (n, p), and their mask (n,)."""
 
 
 @dataclass(frozen=True)
 class PivotCoordinates:
-    """The coordinates of the pivots and the guided point, in their distances from that point.
+    """Coordinates of the pivots and the guided point, in units of their distance from that point.
 
-    Every answer is laid along its path anew, which moves frozen pivots by what the path turns or
-    shifts, less and less as the steps become short.
+    After each step an answer is placed along its path again.  This moves also held pivots, by the
+    turn and shift of the path, the less the shorter the steps become.
     """
 
     frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
@@ -232,7 +229,7 @@ def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
 
 
 def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
-    """Return by how much guides break each constraint, in strokes and right angles."""
+    """Compute the violations of each constraint by guides, in strokes and right angles."""
     wanted, found = problem.constraints, {"collapse": read.collapse()}
     found["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
     for row in (*SIZES, *TRANSMISSIONS):
@@ -257,7 +254,7 @@ def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
 
 
 def has_room(problem: Problem) -> bool:
-    """Return whether links are to stay in a room of which pieces are known: a convex one."""
+    """Tell whether the workspace of the links is convex, so that its pieces are known."""
     room = problem.constraints.swept_in
     return room is not None and room.is_convex and not problem.constraints.slots
 
@@ -274,7 +271,10 @@ def differenced(problem: Problem) -> list[str]:
 
 
 def is_raced(problem: Problem) -> bool:
-    """Return whether machines at stations show all limits: not of zones or returning points."""
+    """Tell whether poses at stations suffice for all constraints.
+
+    They do not for keep-out zones and returning points.
+    """
     wanted = problem.constraints
     if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
         return False
@@ -282,7 +282,7 @@ def is_raced(problem: Problem) -> bool:
 
 
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
-    """Return the limits, raised to what is measured between the stations of their pieces."""
+    """Return the constraints, raised to their values measured between the stations."""
     made = limits(problem, read)
     measured = drive_violations(problem, found)
     if (bound := problem.constraints.max_travel) is not None:

@@ -1,4 +1,4 @@
-"""What a family of mechanisms of many bars says of itself.
+"""Definition of a family of mechanisms of many bars.
 
 How to write a plugin that adds families:
 

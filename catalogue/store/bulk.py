@@ -71,7 +71,7 @@ def write_batch(
 
 
 def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
-    """Remove the designs of these names, with what they guide."""
+    """Remove the designs of these names, with their guides."""
     with _writing(connection):
         connection.execute(delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names)))
 
@@ -135,7 +135,7 @@ def finish(database: Database) -> bool:
 def _writing(connection: Connection) -> Iterator[None]:
     """Open a transaction with the write lock, once the seal is checked.
 
-    Name what the disk has against it.
+    Errors of the disk are raised with their cause.
     """
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():

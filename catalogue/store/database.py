@@ -95,7 +95,7 @@ def read_columns(
 
 
 def as_columns(cursor: Any, types: Mapping[str, type]) -> dict[str, Array]:
-    """Return what a cursor of the driver holds as columns of these names and types."""
+    """Convert the rows of a driver's cursor to columns of given names and types."""
     parts: list[list[Array]] = [[as_array(kind, ())] for kind in types.values()]
     while rows := cursor.fetchmany(_CHUNK):
         for part, (name, kind), values in zip(parts, types.items(), zip(*rows, strict=True), strict=True):
@@ -342,12 +342,12 @@ class Database:
         return str(found[0]) if len(found) else None
 
     def get_number(self, key: str, default: int) -> int:
-        """Return the whole number kept under `key`, or what stands for it if there is none.
+        """Return the whole number stored under `key`, or a default.
 
         Raises
         ------
         DatabaseError
-            If what is kept is no whole number.
+            If the stored value is no whole number.
         """
         text = self.get_setting(key)
         with database_errors(self.path):
@@ -356,7 +356,7 @@ class Database:
         return int(text) if text else default
 
     def set_setting(self, key: str, value: str) -> None:
-        """Keep the text `value` under `key`, in place of what was there."""
+        """Store the text `value` under `key`, replacing any."""
         from sqlalchemy.dialects.sqlite import insert
 
         from .models import Setting

@@ -1,4 +1,4 @@
-"""The digest of a file's content, by which copies on other machines are compared."""
+"""Digest of a file's content, to compare copies on other machines."""
 
 from __future__ import annotations
 

@@ -329,7 +329,7 @@ class Description(Base):
 
 
 class Setting(Base):
-    """The state of the build: what was asked for, and whether it is complete."""
+    """The state of the build: its request, and whether it is complete."""
 
     __tablename__ = "setting"
 

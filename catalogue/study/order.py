@@ -1,4 +1,4 @@
-"""Order requests by what is looser and tighter.
+"""Order requests from tighter to looser ones.
 
 Requests that differ in more than bounds cannot be compared.  All others of a group become points:
 one coordinate for each bound, larger where it is looser.  A request is tighter than another if none
@@ -67,13 +67,14 @@ class Order:
         return cls(groups, points)
 
     def tighter(self) -> Iterator[tuple[int, Array, Array]]:
-        """Yield each request with all tighter ones, and with those that no other one lies between.
+        """Yield each request with all tighter ones, and with its direct neighbours among them.
 
         Yields
         ------
         index : int
         tighter, nearest : ndarray of int
-            Indices; the nearest by the number of steps between them, closest first.
+            Indices.  No other request lies between a request and its nearest ones; they are sorted
+            by the number of steps, closest first.
         """
         for group, points in zip(self.groups, self.points, strict=True):
             for place, point in enumerate(points):

@@ -1,4 +1,4 @@
-"""A results file: requests in order, results by round; what a killed study goes on from."""
+"""A results file: requests in order, results by round; a killed study resumes from it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class ResultsFile:
         self.path = self.database.path
 
     def add(self, requests: Sequence[Request]) -> None:
-        """Add the requests that the file does not hold; their order is that of their addition."""
+        """Append the requests that the file does not yet hold."""
         texts = dict.fromkeys(request_texts(requests))
         with self.database.begin() as connection:
             held = {*connection.scalars(select(RequestRow.request))}

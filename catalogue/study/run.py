@@ -103,7 +103,7 @@ class Run:
 
     # -- rounds ------------------------------------------------------------------------------
     def _first_round(self) -> None:
-        """Answer each request when those that it starts from are answered."""
+        """Answer each request once the requests it starts from are answered."""
         done = self.file.of_round(0)
         waiting = {n: {one for one in self.nearest[n] if one not in done} for n in self.tighter if n not in done}
         followers: defaultdict[int, list[int]] = defaultdict(list)

@@ -52,7 +52,7 @@ class Contract:
         return found
 
     def registry(self) -> Registry:
-        """Return what the catalogue loads from the built-in plugins and from `folders`."""
+        """Load the built-in plugins and those of `folders`."""
         return Registry([str(place) for place in self.folders])
 
 

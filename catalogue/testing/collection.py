@@ -48,7 +48,7 @@ class CollectionContract:
             metafunc.parametrize("family", list(self.collection.families))
 
     def specimens(self, family: str) -> list[Specimen]:
-        """Return what is drawn of a family."""
+        """Draw specimens of a family."""
         found = list(_drawn(self.collection.draw, family, self.count))
         assert found, f"{family}: {self.count} mechanisms guide nothing"
         return found
