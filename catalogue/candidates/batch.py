@@ -20,7 +20,7 @@ from ..guidance.trace import Traced, again
 from ..guidance.wide_arc import WIDE_ARC, along_circuits, traced_about
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Array, Complexes, Floats, Indices, Integers, Mask
 from ..problem.problem import Problem
 
 #: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave
@@ -38,12 +38,12 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 class Origin(Rows):
     """Ancestors of n candidates, in their design positions; arrays of shape (n,)."""
 
-    id: Array  # of the stored guide; -1 where there is none
+    id: Integers  # of the stored guide; -1 where there is none
     family: Array
     series: Array
     configuration: Array
-    order: Array  # of contact, 99 if exact
-    cognate: Array  # 0, or which of the two cognates of the ancestor it is
+    order: Integers  # of contact, 99 if exact
+    cognate: Integers  # 0, or which of the two cognates of the ancestor it is
 
     @classmethod
     def made(cls, linkage: Linkage, series: str, order: Array | int = 2) -> Origin:
@@ -72,7 +72,7 @@ class CandidateBatch(Rows):
     linkage: Linkage
     point: Complexes  # guided points in mid-stroke
     pole: Complexes  # there; tells the branch of a linkage at a change point, NaN where it is not known
-    chart: Array  # of the motion, whose parameter the traces are in
+    chart: Integers  # of the motion, whose parameter the traces are in
     traced: Traced  # the path over the stroke and its nominal
     measures: Measures
     allowance: Floats
@@ -81,7 +81,7 @@ class CandidateBatch(Rows):
     def __len__(self) -> int:
         return len(self.point)
 
-    def replaced(self, where: Array, by: CandidateBatch) -> CandidateBatch:
+    def replaced(self, where: Indices, by: CandidateBatch) -> CandidateBatch:
         """Replace the entries `where`, a mask or indices, by those of `by`, in order."""
         return put(self, where, by)
 
@@ -96,7 +96,7 @@ class CandidateBatch(Rows):
         return curves(self.linkage, self.point, self.pole, self.chart)
 
 
-def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Array) -> CouplerCurve | CircuitCurve:
+def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Integers) -> CouplerCurve | CircuitCurve:
     """Return coupler curves (n,) from the present positions, in charts (n,) or along circuits."""
     if (chart == CIRCUIT).any():
         return along_circuits(linkage, point)

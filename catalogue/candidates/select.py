@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array, Floats, Indices
+from ..kinematics.types import Array, Floats, Indices, Integers
 from ..problem.problem import Problem
 from .batch import CandidateBatch
 from .feasibility import cost, faults, values
@@ -107,7 +107,7 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
     return order[kept]
 
 
-def fronts(values: Floats) -> Array:
+def fronts(values: Floats) -> Integers:
     """Return the Pareto front of each row of criteria (n, k), less is better; from 1, (n,).
 
     A row dominates another if no criterion is larger and one is smaller.  Front 1 has the rows that
@@ -121,7 +121,7 @@ def fronts(values: Floats) -> Array:
     return number
 
 
-def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
+def spread_order(values: Floats, key: Integers) -> tuple[Indices, Integers]:
     """Order rows of criteria (n, k) front by front; return the order, and the front of each row.
 
     A front begins with the best by the first criterion; each next row is the farthest from those
@@ -155,7 +155,7 @@ def ranks(*keys: Array) -> Indices:
     return rank
 
 
-def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Array]:
+def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Integers]:
     """Select the requested number of feasible candidates, best first, fewest faults first.
 
     Returns

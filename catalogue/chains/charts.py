@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Floats, Indices, Mask
 from .chain import Chain
 from .poses import poses
 
@@ -76,7 +76,7 @@ class Charts:
     def __getitem__(self, index: Any) -> Charts:
         return Charts(self.drive[:, index], self.is_dead[:, index], self.reach[:, index], self.q[..., index])
 
-    def sines(self, piece: Array, column: Array, x: Floats) -> Floats:
+    def sines(self, piece: Indices, column: Indices, x: Floats) -> Floats:
         """Return the absolute sines of all dyads at places x (k,), shape (d, k)."""
         q = self.q[piece, :, :, column]
         t = (x / self.reach[piece, column])[:, None]

@@ -31,7 +31,7 @@ import numpy as np
 from ..kinematics.closure import turn_between
 from ..kinematics.motion import CHANGE
 from ..kinematics.plane_vectors import cross, dot
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats
 from .chain import Chain
 from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Link, Turn
 
@@ -101,7 +101,7 @@ class Poses:
         return np.asarray(dot(self.at[slider] - start, self.turn[rail] * self.chain.u[slide]))
 
 
-def poses(chain: Chain, drive: Floats, branch: Array, known: Floats | None = None) -> Poses:
+def poses(chain: Chain, drive: Floats, branch: Floats, known: Floats | None = None) -> Poses:
     """Compute the poses of chains.
 
     Parameters
@@ -183,19 +183,19 @@ class _Closing:
         z, at = self._pin(group.pin)
         self._set(group.bar, z, at, turn)
 
-    def close(self, group: Dyad, number: int, sign: Array, known: Floats | None) -> None:
+    def close(self, group: Dyad, number: int, sign: Floats, known: Floats | None) -> None:
         """Close a dyad on a branch."""
         self.known = known
         {RRR: self._triangle, RRP: self._on_line, RPR: self._along}.get(group.kind, self._crossing)(group, number, sign)
 
-    def _root(self, square: Floats, sign: Array) -> Floats:
+    def _root(self, square: Floats, sign: Floats) -> Floats:
         """Return a sine from its square and sign; 0 where rounding made the square negative."""
         root = np.sqrt(np.where((square < 0) & (square > -CHANGE), 0.0, square))
         if self.known is not None:
             root = np.where(np.isnan(self.known), root, self.known)
         return np.asarray(sign * root)
 
-    def _triangle(self, group: Dyad, number: int, sign: Array) -> None:
+    def _triangle(self, group: Dyad, number: int, sign: Floats) -> None:
         (z_a, a), (z_b, b) = (self._pin(link) for link in group.outer)
         z_c = self.chain.z[group.inner]
         way, back = z_c - z_a, z_c - z_b
@@ -212,7 +212,7 @@ class _Closing:
         closed = end * back.conj()
         self._set(group.second, z_b, b, closed / np.abs(closed))
 
-    def _on_line(self, group: Dyad, number: int, sign: Array) -> None:
+    def _on_line(self, group: Dyad, number: int, sign: Floats) -> None:
         (z_a, a), rail = self._pin(group.outer[0]), group.outer[1]
         z_c = self.chain.z[group.inner]
         way, turned = z_c - z_a, self.turn[rail.to]
@@ -223,7 +223,7 @@ class _Closing:
         self._set(group.first, z_a, a, turn)
         self._set(group.second, z_c, a + turn * way, turned)
 
-    def _along(self, group: Dyad, number: int, sign: Array) -> None:
+    def _along(self, group: Dyad, number: int, sign: Floats) -> None:
         (z_a, a), (z_b, b) = (self._pin(link) for link in group.outer)
         normal = 1j * self.chain.u[group.inner]
         goal, off = b - a, dot(normal, z_b - z_a)
@@ -233,7 +233,7 @@ class _Closing:
         self._set(group.first, z_a, a, turn)
         self._set(group.second, z_b, b, turn)
 
-    def _crossing(self, group: Dyad, number: int, sign: Array) -> None:
+    def _crossing(self, group: Dyad, number: int, sign: Floats) -> None:
         """Close two sliders on one pin (PRP), or a slider on a bar that slides (RPP)."""
         one, other = group.outer
         turned = self.turn[other.to]

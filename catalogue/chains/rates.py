@@ -155,7 +155,7 @@ class _Tangent:
         """Return rotation and sliding of the drive."""
         return 0.0, 0.0
 
-    def carried(self, bar: int, place: Array) -> Array:
+    def carried(self, bar: int, place: Complexes) -> Complexes:
         """Return the velocity of a bar's point that is at a place (m, n)."""
         return np.asarray(self.move[bar] + 1j * self.spin[bar] * (place - self.poses.at[bar]))
 
@@ -197,11 +197,13 @@ class _Tangent:
             return
         self._pinned(bar, self._pin(link, bar), self.poses.joint(link.joint), spin, spin)
 
-    def _pin(self, link: Link, bar: int) -> Array:
+    def _pin(self, link: Link, bar: int) -> Complexes:
         """Return the velocity of a bar's point at an outer pin."""
         return np.asarray(self.carried(link.to, self.poses.joint(link.joint)) + self.shifted(link.joint, link.to, bar))
 
-    def _pinned(self, bar: int, velocity: Array, place: Array, spin: Array | float, known: Array | float) -> None:
+    def _pinned(
+        self, bar: int, velocity: Complexes, place: Complexes, spin: Floats | float, known: Floats | float
+    ) -> None:
         """Set a bar whose point at a place has a velocity."""
         away = self.poses.at[bar] - place
         self.spin[bar] = spin
@@ -220,7 +222,7 @@ class _Tangent:
             group.kind
         ](group, number)
 
-    def _solve(self, e: Array, f: Array, r: Array) -> tuple[Array, Array]:
+    def _solve(self, e: Complexes, f: Complexes, r: Complexes) -> tuple[Floats, Floats]:
         sine = cross(e, f)
         sine = np.where(np.abs(sine) > DEAD * np.abs(e) * np.abs(f), sine, np.nan)
         x, y = cross(r, f) / sine, cross(e, r) / sine
@@ -303,7 +305,7 @@ class _Accelerations(_Tangent):
         super().__init__(poses)
         self.first = first
 
-    def carried(self, bar: int, place: Array) -> Array:
+    def carried(self, bar: int, place: Complexes) -> Complexes:
         twist = 1j * self.spin[bar] - self.first.spin[bar] ** 2
         return np.asarray(self.move[bar] + twist * (place - self.poses.at[bar]))
 

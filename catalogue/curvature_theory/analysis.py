@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import InvalidRequest, quoted
 from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage, LinkageLike
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Array, Floats, Integers, Mask
 from .finite_pole import POLE, finite_pole, noise
 from .parallel_cranks import parallel_cranks
 from .polish_pairs import polish_pairs
@@ -87,7 +87,7 @@ class Curvature:
     ((1, 2), (1, 2, 2, 3))
     """
 
-    state: Array
+    state: Integers
     pole: Floats
     axes: Floats
     rho0: Floats

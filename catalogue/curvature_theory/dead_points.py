@@ -17,7 +17,7 @@ from dataclasses import fields
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
-from ..kinematics.types import Array, Complexes, Floats, Indices
+from ..kinematics.types import Complexes, Floats, Indices, Integers
 from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
 from .finite_pole import POLE
 
@@ -112,7 +112,7 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
     return Curvature(**{name: value.reshape(-1, *value.shape[2:]) for name, value in out.items()})
 
 
-def _polynomial(fixed: Floats, moving: Floats, kind: Array) -> Floats:
+def _polynomial(fixed: Floats, moving: Floats, kind: Integers) -> Floats:
     """Compute the polynomials of dyads along the line: coefficients of z^2, z, 1, shape (3, n)."""
     with np.errstate(all="ignore"):
         crank = np.stack([np.ones_like(fixed), -(fixed + moving), fixed * moving]) / (fixed - moving)
@@ -137,7 +137,7 @@ def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
     return np.stack([np.stack(one, axis=-2) for one in both], axis=-3)
 
 
-def _on_line(linkage: Linkage) -> Array:
+def _on_line(linkage: Linkage) -> Floats:
     """Project the pivots on their common line by least squares, shape (n, 2, 2, 3)."""
     finite = linkage.finite.reshape(-1, 4)
     z, w = linkage.points.reshape(-1, 4), finite.astype(float)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, motion
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Complexes, Floats, Integers, Mask
 
 
 class FiniteTest(NamedTuple):
@@ -91,7 +91,7 @@ def stays(
     return np.asarray(((carried > FINITE.far * carried.max(0)) & kept).any(0))
 
 
-def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
+def first_term(gap: Floats, path: Complexes, most: int, tolerance: float) -> Integers:
     """Find the first significant term of the gap after a visible rotation, shape (n,).
 
     Parameters

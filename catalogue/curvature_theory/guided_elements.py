@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Floats, Integers, Mask
 from .analysis import DEAD_POINT
 from .circling_points import circling_points
 from .dead_points import dead_points
@@ -46,7 +46,7 @@ class GuidedElements:
 
     labels: list[str]
     pairs: Floats
-    order: Array
+    order: Integers
 
     def to_pandas(self) -> pd.DataFrame:
         """Return one row per element that exists: linkage, label, both points, order."""

@@ -25,7 +25,7 @@ import numpy as np
 
 from ..kinematics.batch import Rows
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Array, Complexes, Floats, Integers, Mask
 from .exact_guides import FINITE, UNDECIDED, first_term, stays
 from .taylor import TERMS, Jet, jet, norm_squared
 
@@ -70,7 +70,7 @@ class LeadingError(Rows):
         The nominal; whether the point stands at the pole.
     """
 
-    positions: Array
+    positions: Integers
     coefficient: Floats
     normal: Complexes
     curvature: Floats
@@ -78,7 +78,7 @@ class LeadingError(Rows):
     cusp: Mask
 
     @property
-    def order(self) -> Array:
+    def order(self) -> Integers:
         """Order of contact, shape (n,): `EXACT` if the point stays on its nominal.
 
         0 where the motion has no series.
@@ -117,7 +117,7 @@ class LeadingError(Rows):
         return np.where(self.coefficient == 0, 0.0, np.abs(self.coefficient) * by * length**bounded)
 
 
-def _level(positions: Array, table: dict[int, float]) -> Floats:
+def _level(positions: Integers, table: dict[int, float]) -> Floats:
     out = np.full(positions.shape, np.nan)
     for power, value in table.items():
         out[positions == power] = value
@@ -195,7 +195,7 @@ def leading_error_of_pairs(
     pairs: Floats,
     *,
     order: Array | int | None = None,
-    pole: Array | None = None,
+    pole: Complexes | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
     """Compute the leading errors of guided pairs (n, 2, 3), as in `catalogue.series.series.Guided`.
@@ -218,7 +218,7 @@ def leading_error_of_pairs(
     )
 
 
-def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | None = None) -> tuple[Array, Array]:
+def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | None = None) -> tuple[Integers, Integers]:
     """Compute the singularities of coupler paths: p coincident cusps and q coincident inflections.
 
     A coefficient of the path counts as zero when it adds less than `TOLERANCE` to the path at the

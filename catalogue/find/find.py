@@ -13,7 +13,7 @@ from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
 from ..kinematics.batch import join
-from ..kinematics.types import Array
+from ..kinematics.types import Integers
 from ..problem.constraints import PRESCRIBED, Constraints
 from ..problem.problem import Problem, Request
 from ..refine.certificate import Certificate, Drifts, certified
@@ -38,7 +38,7 @@ class Selection:
     """Selected candidates, best first."""
 
     found: CandidateBatch
-    front: Array  #: number of the Pareto front of each candidate, shape (n,); 0 without fronts
+    front: Integers  #: number of the Pareto front of each candidate, shape (n,); 0 without fronts
     certificate: Certificate | None = None
 
 

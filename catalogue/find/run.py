@@ -13,7 +13,7 @@ from ..kinematics.circuits import OPEN, Circuits
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.sampling import POLYLINE, Samples, lowest, resolved
 from ..kinematics.splines import SPLINE, place_points
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Integers
 from ..problem.path import places
 from .guide_motion import GuideMotion
 
@@ -146,7 +146,7 @@ class Run:
         return 1 + len(self.points) + int((self._kinds[:i] != RR).sum())
 
     @cached_property
-    def _kinds(self) -> Array:
+    def _kinds(self) -> Integers:
         return np.asarray(self.circuit.linkage.dyads[0])
 
     @property

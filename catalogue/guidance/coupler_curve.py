@@ -21,7 +21,7 @@ from ..curvature_theory.taylor import path_series
 from ..kinematics.batch import Columns
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, Motion, Path, motion
-from ..kinematics.types import Array, Complexes, Mask
+from ..kinematics.types import Array, Complexes, Integers, Mask
 
 
 class CurveOptions(NamedTuple):
@@ -156,7 +156,7 @@ def coupler_curve(
     point: Complexes,
     dtype: Any = float,
     pole: Complexes | None = None,
-    chart: Array | None = None,
+    chart: Integers | None = None,
     least: float = 0.0,
 ) -> CouplerCurve:
     """Build the coupler curves of points, each in the chart of the largest extent.
@@ -195,7 +195,7 @@ def coupler_curve(
     return _to_turnings(_in_charts(linkage, point, chart, dtype, pole))
 
 
-def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pole: Complexes | None) -> CouplerCurve:
+def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, pole: Complexes | None) -> CouplerCurve:
     """Return coupler curves in given charts."""
     moving = motion(linkage, chart, point, dtype, pole)
     velocity = moving.velocity_of(point)
@@ -248,7 +248,7 @@ def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
     return replace(guides, t=t, u=u)
 
 
-def _summit(path: Path, sign: Array, side: int, at: Array, height: Array) -> tuple[Array, Array]:
+def _summit(path: Path, sign: Integers, side: int, at: Array, height: Array) -> tuple[Array, Array]:
     """Find the greatest displacement of paths by successive parabolas.
 
     Parameters

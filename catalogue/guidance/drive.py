@@ -11,7 +11,7 @@ import numpy as np
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import RP, RR, Linkage
 from ..kinematics.motion import Pose
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, Integers
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
@@ -60,7 +60,7 @@ class DriveMetrics(Rows):
         Range of the coupler's angles over the stroke [deg].
     """
 
-    driver: Array
+    driver: Integers
     drive_angle: Floats
     time_ratio: Floats
     uniformity: Floats

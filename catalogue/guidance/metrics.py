@@ -41,7 +41,7 @@ import numpy as np
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion, Pose
-from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+from ..kinematics.types import Array, Complexes, Floats, Indices, Integers, Mask
 from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
 from .minimum_zone import grid, largest, times
@@ -76,13 +76,13 @@ def rotation_margin(linkage: Linkage) -> Floats:
     return np.where(linkage.dyads == RR, margin, np.nan)
 
 
-def rotates(linkage: Linkage) -> Array:
+def rotates(linkage: Linkage) -> Integers:
     """Return which cranks turn fully, shape (n,): bit i for dyad i; at a change point they do."""
     full = rotation_margin(linkage) >= 0
     return np.asarray(1 * full[:, 0] + 2 * full[:, 1])
 
 
-def nearest_to_turning(linkage: Linkage) -> Array:
+def nearest_to_turning(linkage: Linkage) -> Integers:
     """Return the cranks that turn fully, else the one nearest to it, (n,): bit i for dyad i.
 
     So the crank that is to turn drives before it does, and stays the driver when it begins to.
@@ -116,7 +116,7 @@ def transmission_turn(linkage: Linkage) -> Floats:
         return np.where(margin > 0, angle, np.where(margin == 0, 0.0, np.nan))
 
 
-def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floats:
+def min_transmission_turn(linkage: Linkage, driver: Integers | None = None) -> Floats:
     """Compute the minimum transmission angle over the full turn of the driving crank, (n,) [deg].
 
     `driver` is its number, as in `Measures.driver`; if not given, of the cranks that turn fully the
@@ -146,7 +146,7 @@ def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
     )
 
 
-def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array:
+def _of_kind(kind: Integers, four_bar: Array, slider: Array, slide: Array) -> Array:
     """Return what belongs to the kind of the driven dyad."""
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
@@ -215,10 +215,10 @@ class Measures(Rows):
     max_ground: Floats
     max_arm: Floats
     min_transmission: Floats
-    driver: Array
+    driver: Integers
     drive_angle: Floats
     rotation: Floats
-    rotates: Array
+    rotates: Integers
     fixed_box: Floats
     box: Floats
     travel: Floats
@@ -375,8 +375,8 @@ def _reach(path: Complexes, pivots: Complexes) -> Floats:
 
 
 def transmission(
-    linkage: Linkage, at: list[Complexes], x: Complexes, turns: Array | None = None
-) -> tuple[Floats, Array, Floats]:
+    linkage: Linkage, at: list[Complexes], x: Complexes, turns: Integers | None = None
+) -> tuple[Floats, Integers, Floats]:
     """Compute the least transmission angle over the poses, shape (n,) [deg].
 
     Also the number of the driving crank, and the possible error of the sine between the poses.
@@ -448,7 +448,7 @@ def _finite(linkage: Linkage, plane: int) -> Complexes:
     return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
 
 
-def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) -> tuple[Floats, Floats]:
+def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Integers) -> tuple[Floats, Floats]:
     """Compute the rotation of the driving crank, and the range of the coupler's angle [deg].
 
     Accumulated from pose to pose, so rotations beyond 180 degrees are counted.
@@ -461,7 +461,7 @@ def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) 
     return np.where(driver > 0, np.degrees(crank), np.nan), np.degrees(rotation)
 
 
-def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Mask) -> Array:
+def middle_of_stroke(moving: Motion, point: Complexes, traced: Traced, cusp: Mask) -> Floats:
     """Solve for the parameter of mid-stroke, or of the cusp, shape (n,)."""
     start, end = traced.low, traced.high
     middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
@@ -488,7 +488,7 @@ def _at(values: Complexes, middle: tuple[Indices, Floats]) -> Complexes:
     return np.asarray(a + share * (b - a))
 
 
-def _box(p: Array) -> Floats:
+def _box(p: Complexes) -> Floats:
     return np.stack(
         [np.fmin.reduce(p.real, 1), np.fmin.reduce(p.imag, 1), np.fmax.reduce(p.real, 1), np.fmax.reduce(p.imag, 1)], 1
     )

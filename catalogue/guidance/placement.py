@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .metrics import middle_of_stroke
 from .minimum_zone import Fit, rise_over
@@ -35,7 +35,7 @@ class Placement(NamedTuple):
 PLACEMENT = Placement()
 
 
-def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Array, Traced]:
+def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Complexes, Traced]:
     """Scale and move linkages so that their paths run from 0 to `stroke`.
 
     Returns the linkages at mid-stroke, the guided points (n,), and the traces in unchanged charts.
@@ -61,7 +61,7 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
     return now.moved(scale, shift), scale * here + shift, replace(seen, fit=fit)
 
 
-def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Traced]:
+def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Traced]:
     """Move linkages and guided points along their motion to mid-stroke, a cusp or a change point.
 
     Returns them in place, and their traces with parameters relative to this position, in their

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics.batch import Columns, mapped
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Floats, Mask
 from .coupler_curve import CouplerCurve
 from .trace import SPLITTING, Traced, trace
 
@@ -41,7 +41,7 @@ class Ladder(Columns):
     the middle of the window, in half strokes, (n,).
     """
 
-    half: Array
+    half: Floats
     traced: Traced
     centre: Floats
 
@@ -69,7 +69,7 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
 
 def reach(
     guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2
-) -> tuple[Array, Traced]:
+) -> tuple[Floats, Traced]:
     """Find the longest half strokes within a relative deviation, float or (n,), and trace them.
 
     NaN where there is none.
@@ -151,6 +151,6 @@ def about_change_points(
     return half, centre, found
 
 
-def _longest(guides: CouplerCurve, centre: Array | float) -> Array:
+def _longest(guides: CouplerCurve, centre: Floats | float) -> Floats:
     low, high = guides.extent
     return np.asarray(REACH.usable * np.minimum(low / (1 - centre), high / (1 + centre)))

@@ -57,7 +57,7 @@ def join(*batches: T) -> T:
     return cast(T, mapped(lambda *values: np.concatenate(values), *batches))
 
 
-def put(batch: T, where: Array, by: T) -> T:
+def put(batch: T, where: Mask | Indices, by: T) -> T:
     """Replace the rows `where`, a mask or indices, by those of `by`."""
 
     def replaced(values: Array, new: Array) -> Array:

@@ -27,7 +27,7 @@ from .closure import Closure, Swing, columns, turn_between
 from .linkage import PR, RP, RR, Linkage
 from .motion import Pose
 from .plane_vectors import cross, dot
-from .types import Array, Floats, Indices, Mask
+from .types import Array, Floats, Indices, Integers, Mask
 
 #: Angle from infinity up to which a coupler that leads there is followed [rad].
 NEAR_INFINITY = 0.03
@@ -79,8 +79,8 @@ class Circuits(Columns):
 
     linkage: Linkage
     of: Indices
-    lead: Array
-    kind: Array
+    lead: Integers
+    kind: Integers
     centre: Floats
     half: Floats
     sign: Floats

@@ -35,7 +35,7 @@ from .batch import Columns
 from .linkage import PR, RP, Linkage
 from .motion import CHANGE
 from .plane_vectors import cross, dot
-from .types import Array, Complexes, Floats, Indices, Mask
+from .types import Complexes, Floats, Indices, Integers, Mask
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Closure(Columns):
     Arrays of shape (n,), except `dead`, `change` and `at`, (2, n): by p and by q.
     """
 
-    kind: Array  # of the second dyad
+    kind: Integers  # of the second dyad
     pivot: Complexes
     pin: Complexes
     arm: Complexes  # the crank along the axis
@@ -63,7 +63,7 @@ class Closure(Columns):
     side: Floats  # a number with the sign of the root in the given position
 
     @classmethod
-    def of(cls, linkage: Linkage, lead: Array) -> Closure:
+    def of(cls, linkage: Linkage, lead: Integers) -> Closure:
         row = np.arange(len(linkage))
         (pivot, pin), (goal, pin2) = (linkage.points[row, dyad].T for dyad in (lead, 1 - lead))
         kind = linkage.dyads[row, 1 - lead]
@@ -146,7 +146,7 @@ class Closure(Columns):
         return np.asarray(root)
 
 
-def turn_between(goal: Array, way: Array, side: Array) -> Complexes:
+def turn_between(goal: Complexes, way: Complexes, side: Complexes) -> Complexes:
     """Compute unit vectors that turn `way` into the direction of `side` as seen from `goal`.
 
     They close every dyad with a pin at one end: the goal is the vector to its other pin, or the

@@ -13,14 +13,14 @@ from __future__ import annotations
 import numpy as np
 
 from .linkage import PR, RR, Linkage, homogeneous
-from .types import Array, Complexes, Indices
+from .types import Complexes, Indices, Integers
 
 #: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots
 #: would coincide.
 NEAREST = 1e-6
 
 
-def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Array]:
+def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Integers]:
     """Compute Roberts' cognates of linkages with coupler points (n,), in the reference position.
 
     Returns

@@ -28,7 +28,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidLinkage
 from ..given import doubles
-from .types import Array, Complexes, Floats, Mask
+from .types import Array, Complexes, Floats, Integers, Mask
 
 RR = 0  #: crank
 PR = 1  #: slider on a rail
@@ -164,7 +164,7 @@ class Linkage:
         return html_table(["family", "A₁", "A₁*", "A₂", "A₂*"], rows, len(self))
 
     @cached_property
-    def dyads(self) -> Array:
+    def dyads(self) -> Integers:
         """Kind of each dyad (`RR`, `PR`, `RP`), shape (n, 2), from the zeros of w."""
         finite = self.pivots[..., 2] != 0
         return np.where(finite.all(-1), RR, np.where(finite[..., 1], PR, RP))
@@ -277,7 +277,7 @@ def _completed(given: Any) -> Any:
     return [_completed(part) for part in given]
 
 
-def homogeneous(z: Array, w: npt.ArrayLike = 1.0) -> Floats:
+def homogeneous(z: Complexes, w: npt.ArrayLike = 1.0) -> Floats:
     """Return (x, y, w) of complex numbers z, shape (..., 3); w is NaN where z is."""
     return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, w)], axis=-1)
 

@@ -26,7 +26,7 @@ import numpy as np
 from .batch import Rows
 from .linkage import RP, RR, Linkage
 from .plane_vectors import dot
-from .types import Array, Complexes, Floats
+from .types import Array, Complexes, Floats, Integers
 
 #: Dead point of the drive: largest determinant of the three equations, relative to its terms.  It
 #: is the sine of the angle between driving and driven ray times coupler length over size.
@@ -55,7 +55,7 @@ class Rates(Rows):
         """Return the velocities of coupler points z, shape (..., n) [length/rad]."""
         return np.asarray(self.velocity + 1j * self.omega * (z - self.origin))
 
-    def acceleration_of(self, z: Array) -> Complexes:
+    def acceleration_of(self, z: Complexes) -> Complexes:
         """Return the accelerations of coupler points z, shape (..., n) [length/rad^2]."""
         return np.asarray(self.acceleration + (1j * self.alpha - self.omega**2) * (z - self.origin))
 
@@ -72,7 +72,7 @@ class Rates(Rows):
         return np.where(crank, spin, np.nan), np.where(crank, gain, np.nan)
 
 
-def rates(linkage: Linkage, drive: Array) -> Rates:
+def rates(linkage: Linkage, drive: Integers) -> Rates:
     """Compute the rates of linkages at unit angular velocity of their drives.
 
     `drive` (n,) is 0 or 1 for the crank of a dyad, 2 for the coupler.  NaN at a dead point of the

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .types import Array, Complexes, Floats, Mask
+from .types import Complexes, Floats, Mask
 
 
 class Sampling(NamedTuple):
@@ -175,7 +175,7 @@ class Samples:
         return halved(curve, even, lambda a, b, inner: off_chord(a, b, inner) / error)[0]
 
 
-def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) -> Samples:
+def resolved(curve: Curve, low: float, high: float, fixed: Floats, least: float) -> Samples:
     """Sample a curve between two parameters.
 
     Parameters

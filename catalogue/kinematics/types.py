@@ -15,6 +15,8 @@ Complexes = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
 #: Numbers of rows, as `numpy.flatnonzero` gives them.
 Indices = npt.NDArray[np.intp]
+#: Other whole numbers: orders, kinds of dyads, charts, counts.
+Integers = npt.NDArray[np.intp]
 
 
 def read_only(given: npt.ArrayLike) -> Array:

@@ -16,7 +16,7 @@ from ..guidance.reach import LEVELS, about_change_points, reach, scan
 from ..guidance.trace import Traced, trace
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Floats, Indices
+from ..kinematics.types import Floats, Indices, Integers
 from ..problem.constraints import Constraints
 from ..problem.path import CircularArc, StraightLine
 from ..problem.problem import Problem
@@ -162,7 +162,7 @@ def _of_one_nominal(
     return columns, take(reaches, np.lexsort((-reaches["level"], reaches["guide"])))
 
 
-def _inflections(points: Columns) -> Array:
+def _inflections(points: Columns) -> Integers:
     """Count the inflections of paths along lines; default: those merged at the design point."""
     return np.asarray(points.get("inflections", points["contact_order"] - 1))
 
@@ -181,7 +181,7 @@ def _rigid_size(guides: CouplerCurve) -> Floats:
     return np.asarray(np.fmax.reduce(np.abs(pairs), initial=0.0))
 
 
-def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
+def _longest(reaches: Columns, step: Indices, steps: Integers, least: Floats, circle: bool) -> Integers:
     """Select the longest row of each guide at each level, shape (steps, guides); -1 for none.
 
     Where the longest window of a level ends at a dead point, or is shorter than that of a tighter

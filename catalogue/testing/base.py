@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from ..plugin.registry import Registry
 from ..series.series import Guided, Member, Series
 from .sample import Sample, chosen, even, rare
@@ -67,7 +67,7 @@ def holds(sample: Sample, good: object, text: str, *values: Sequence[object] | A
         raise AssertionError(f"{sample.name(wrong[0])}: {said}")
 
 
-def belong(sample: Sample, residual: Array, margin: Array, where: str) -> None:
+def belong(sample: Sample, residual: Floats, margin: Floats, where: str) -> None:
     """Assert that residuals and margins, shape (n,) each, are those of members."""
     must = f"it must be 0 on the series, in the family {sample.member.family}"
     holds(sample, residual <= MEMBER, f"residual {{:.2g}} {where}; {must}", residual)
@@ -82,12 +82,12 @@ def whole(sample: Sample, g: Guided) -> None:
     holds(sample, ~nowhere, "{} is {}; " + means, [g.label] * len(nowhere), g.pairs.tolist())
 
 
-def real(g: Guided) -> Array:
+def real(g: Guided) -> Mask:
     """Return where a guided element is real, shape (n,)."""
     return np.asarray(np.isfinite(g.pairs).all((1, 2)))
 
 
-def apart(p: Array, q: Array) -> Array:
+def apart(p: Floats, q: Floats) -> Floats:
     """Measure how far apart pairs (n, 2, 3) are.
 
     It is the larger sine of the angles between their homogeneous points.

@@ -19,7 +19,7 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 
 DIGITS = 100
 #: Positions on each side of the reference position.
@@ -37,7 +37,7 @@ EXACT_GAP = 1e-14
 class Dyad:
     """The constraint of a pair: gap and gradient over a pose z -> d + exp(i angle) z."""
 
-    def __init__(self, pair: Array) -> None:
+    def __init__(self, pair: Floats) -> None:
         (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(v) for v in pivot] for pivot in pair)
         self.fixed, self.moving = mp.mpc(x, y) / (w or 1), mp.mpc(x_star, y_star) / (w_star or 1)
         self.slider, self.slide = not w, not w_star
@@ -86,7 +86,7 @@ def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
     raise ArithmeticError("the loop does not close")
 
 
-def taylor(pivots: Array, pairs: list[Array]) -> list[Array]:
+def taylor(pivots: Floats, pairs: list[Array]) -> list[Array]:
     """Compute the Taylor coefficients in s, from s^0 to s^8, of the gap of each pair."""
     with mp.workdps(DIGITS):
         dyads = [Dyad(dyad) for dyad in pivots]
@@ -99,14 +99,14 @@ def taylor(pivots: Array, pairs: list[Array]) -> list[Array]:
         return out
 
 
-def contact_order(coefficients: Array) -> int | None:
+def contact_order(coefficients: Floats) -> int | None:
     """Read the order of contact from Taylor coefficients; None if all of them vanish."""
     terms = np.abs(coefficients) * NEAR ** np.arange(len(coefficients))
     there = np.flatnonzero(terms > max(ZERO * terms.max(), 1e-15))
     return int(there[0]) - 1 if there.size else None
 
 
-def largest_gap(pivots: Array, pairs: list[Array]) -> list[float]:
+def largest_gap(pivots: Floats, pairs: list[Array]) -> list[float]:
     """Compute the largest gap of each pair over s from -0.3 to 0.3.
 
     Positions at which the loop does not close are left out.

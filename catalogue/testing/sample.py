@@ -11,7 +11,7 @@ import numpy as np
 
 from ..curvature_theory.instant import Instant
 from ..kinematics.linkage import Linkage, faults
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Indices
 from ..series.series import Guided, Member, Series
 
 SIZE = 64
@@ -28,7 +28,7 @@ class Sample:
     free: Mapping[str, Array]
 
     @cached_property
-    def pivots(self) -> Array:
+    def pivots(self) -> Floats:
         """Pivots, shape (n, 2, 2, 3), as the series gives them."""
         return self.member.synthesise(self.free)
 
@@ -62,7 +62,7 @@ class Sample:
         """
         return Instant(self.linkage, np.zeros(len(self.linkage), complex)).configuration
 
-    def part(self, index: Array) -> Sample:
+    def part(self, index: Indices) -> Sample:
         """Return the points with the given numbers."""
         return Sample(self.series, self.member, {name: values[index] for name, values in self.free.items()})
 
