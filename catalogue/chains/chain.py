@@ -23,8 +23,8 @@ class PoseLimits:
     Attributes
     ----------
     sine : float
-        Least sine of the angle at which a dyad closes: nearer to a dead or change point the branch
-        is a matter of rounding, which is the square root of 1e-16.
+        Least sine of the angle at which a dyad closes.  Nearer to a dead or change point rounding,
+        the square root of 1e-16, would choose the branch.
     smallest, largest : float
         Range of sizes [length]: fourth powers of lengths down to 1e-12 of them are normal doubles.
     """

@@ -48,8 +48,8 @@ class Poses:
     )
     normals: dict[int, complex]  #: of each slide's coupler line, in the position given
     rods: dict[int, Complexes]  #: of each slide, in the position given, the ends of its coupler line, shape (2,)
-    #: Of the guided point per radian of the drive, on the way through the poses, shape (m,); NaN
-    #: where the drive is in a dead point.
+    #: Velocity of the guided point per radian of the drive, in the order of the poses, shape (m,);
+    #: NaN at dead points of the drive.
     velocity: Complexes
     time: Floats  #: when the poses are passed, from 0 to 1, shape (m,)
     path: Complexes  #: of the guided point, shape (p,), within `POLYLINE.error`

@@ -44,7 +44,7 @@ class Levels:
         return 1 + max(self.of.values())
 
     def notes(self) -> list[str]:
-        """Return one line per level and per crossed pin, as files tell them."""
+        """State each level and each crossed pin in a line, for the file."""
         named: dict[int, list[str]] = {}
         for name, level in self.of.items():
             named.setdefault(level, []).append(name)

@@ -67,7 +67,7 @@ class Link:
 
     @property
     def angle(self) -> float:
-        """Of its x axis [deg]."""
+        """Angle of the link's own x axis [deg]."""
         return float(np.degrees(np.angle(self.turn)))
 
 

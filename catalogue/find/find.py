@@ -45,8 +45,9 @@ class Selection:
 def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
-    With `warm` the starts are answers to a tighter request, and answers as good end the search.
-    Plugins are loaded only for prescribed pivots, or when the drift of a candidate is read.
+    With `warm` the starts are answers to a tighter request, and the search ends with answers as
+    good as these.  Plugins are loaded only for prescribed pivots, or when the drift of a candidate
+    is read.
     """
     database, constraints, problem = catalogue.database, request.constraints, request.problem
     refine, cognates = request.refine, request.cognates

@@ -62,7 +62,8 @@ class MeasureOptions(NamedTuple):
 
 MEASURE = MeasureOptions()
 
-#: Fractions of the tolerance for another search where the finer grid finds a larger deviation.
+#: Tighter tolerances, over the requested one, of further searches if the finer grid measures a
+#: deviation above it.
 STRICTER = (0.995, 0.97)
 
 

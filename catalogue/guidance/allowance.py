@@ -431,7 +431,7 @@ def reaches(here: Response, free: int, asked: Floats) -> Reach:
 
 
 def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool = False) -> Floats:
-    """Return the allowances of guides with references and deviations for tolerances (n,)."""
+    """Compute the allowances of guides for tolerances (n,) from their references."""
     scatter, good = np.full(len(deviation), np.nan), np.flatnonzero(np.isfinite(deviation))
     if len(good):
         some, deviation, asked = found[good], deviation[good], asked[good]

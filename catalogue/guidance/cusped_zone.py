@@ -1,12 +1,11 @@
 """Minimum zones of paths with a cusp, which return along nearly the same line or circle.
 
-Both branches count.  Far from the cusp they part, and where that decides the width of an annulus
-its radius is free within bounds: an exchange over all three parameters of a circle has no reference
-there.  So the radius is sought by golden section, from the circle of least squares over both
-branches, and for each radius the narrowest annulus by exchange as in `minimum_zone`; the best strip
-likewise.  The width is read at the fine points of the grid, among them the ends, where it is
-largest as a rule; a grid four times as fine as for other paths keeps what is missed between them
-below 5e-4 of it.
+Both branches count.  They part far from the cusp.  Where that decides the width of an annulus its
+radius is free within bounds, and an exchange over all three parameters of a circle has no reference
+there.  So the radius is found by golden section, from the least-squares circle of both branches,
+and for each radius the narrowest annulus by exchange as in `minimum_zone`; the best strip likewise.
+The width is evaluated at the fine points of the grid and at the ends, where it usually is largest.
+A grid four times as fine as for other paths keeps the error between the points below 5e-4 of it.
 """
 
 from __future__ import annotations

@@ -56,7 +56,10 @@ class Nominal:
         return -self.radius * np.angle(spoke), spoke / np.abs(spoke)
 
     def off(self, z: Complexes) -> Floats:
-        """Return how far points stand above it; on the outside of an arc."""
+        """Compute the distances of points from the nominal.
+
+        Positive above a line and outside an arc.
+        """
         if not np.isfinite(self.radius):
             return z.imag
         return np.abs(z - self.centre) - self.radius

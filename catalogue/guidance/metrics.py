@@ -83,9 +83,10 @@ def rotates(linkage: Linkage) -> Integers:
 
 
 def nearest_to_turning(linkage: Linkage) -> Integers:
-    """Return the cranks that turn fully, else the one nearest to it, (n,): bit i for dyad i.
+    """Select the cranks that turn fully, else the one nearest to it, shape (n,).
 
-    So the crank that is to turn drives before it does, and stays the driver when it begins to.
+    Bit i stands for dyad i.  A crank that is required to turn so drives already before it turns
+    fully.
     """
     margin = rotation_margin(linkage)
     nearest = 1 + np.greater(*np.nan_to_num(margin.T[::-1], nan=-np.inf))

@@ -168,8 +168,8 @@ def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
 def _ends_on_circle(ends: Complexes, stroke: Floats) -> tuple[Floats, Floats]:
     """Compute the ends of arcs of chord `stroke` on circles through 0 and `ends`.
 
-    Inverted in 0 the circle is a straight line, so that no digits are lost where it is nearly one
-    itself.
+    Inversion in 0 turns the circles into straight lines, so that nearly straight ones lose no
+    digits.
 
     Parameters
     ----------

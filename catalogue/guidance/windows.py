@@ -53,17 +53,23 @@ class WindowOptions(NamedTuple):
 
 WINDOW = WindowOptions()
 
-#: In a thorough and a quick search: where windows are tried about the best place, what the way to
-#: the farthest becomes in the next round, and how many rounds.
-THOROUGH = (np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
-QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
-#: The same while a stroke is corrected.
-CORRECTING = (np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
+
+class Moves(NamedTuple):
+    """Rounds of trial windows about the best one so far."""
+
+    places: Floats  #: displacements that are tried [largest displacement of the round]
+    shrinking: float  #: largest displacement over that of the round before
+    rounds: int
+
+
+THOROUGH = Moves(np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
+QUICK = Moves(np.array([0, -1, 1]) / 2, 1 / 2, 9)
+#: Moves while a stroke is corrected.
+CORRECTING = Moves(np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
 #: Windows about each first one, and how many of them are followed, in a thorough and a quick
 #: search.
 ABOUT = ((13, 2), (7, 1))
-#: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc,
-#: chord over radius.
+#: Strokes tried for a given deviation [largest distance on the curve].
 LADDER = 0.95 * 0.8 ** np.arange(24)
 
 #: Points of paths (m, n) at phases (m, n), or (n,).

@@ -137,7 +137,13 @@ def _note(connection: Connection, name: str, values: dict[str, Any]) -> None:
 
 @contextmanager
 def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Connection]:
-    """Yield a transaction on a file in which the collection is still drawn in this way."""
+    """Yield a transaction, unless another process draws the collection differently.
+
+    Raises
+    ------
+    DatabaseError
+        If it draws with another seed or version.
+    """
     with database.begin() as connection:
         if not source.items() <= _state(connection, name).items():
             raise DatabaseError(

@@ -44,7 +44,7 @@ class Pieces(NamedTuple):
 
     @classmethod
     def of(cls, rows: Iterable[tuple[Floats, Floats]], sign: float = 1.0) -> Pieces:
-        """Return pieces of values (n,) with slopes (n, 10); what is not finite concerns nobody."""
+        """Collect pieces with values (n,) and slopes (n, 10); infinite ones are left out."""
         value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
         good = np.isfinite(value) & np.isfinite(slope).all(-1)
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
