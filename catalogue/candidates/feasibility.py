@@ -40,6 +40,7 @@ class ViolationWeights(NamedTuple):
     #: Difference of violations up to which they are equal, so that the given orientation wins ties
     #: [strokes].
     tie: float = 1e-12
+    stroke: float = 1e-6  #: difference up to which a stroke is the requested one [strokes]
 
 
 WEIGHTS = ViolationWeights()
@@ -171,7 +172,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     amounts: dict[str, Floats] = {}
     with np.errstate(all="ignore"):
         reached = np.isfinite(found.deviation) & (
-            np.abs(found.traced.fit.stroke.astype(float) - problem.path.stroke) <= 1e-6
+            np.abs(found.traced.fit.stroke.astype(float) - problem.path.stroke) <= WEIGHTS.stroke
         )
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
         for row in SIZES:

@@ -43,6 +43,8 @@ class CellOptions(NamedTuple):
     #: Part of a step between points of a core by which it may run back: its chord is not quite
     #: that of the window.
     slack: float = 0.25
+    #: Error of a number of equal pieces, which may just fill a stroke.
+    rounding: float = 1e-9
 
 
 CELL = CellOptions()
@@ -173,7 +175,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
     """Return the cells of curves cut into a given number of pieces."""
     s, z = curves.cut(pieces)
     turns, number = curves.circuits.kind != OPEN, np.arange(pieces)[:, None]
-    arc, rounding = stroke, 1e-9  # of equal pieces, which may just fill a stroke
+    arc = stroke
     if radius is not None:
         arc = 2 * radius * np.arcsin(np.minimum(0.5 * stroke / radius, 1.0))
     with np.errstate(all="ignore"):
@@ -184,10 +186,10 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
         beyond = ~turns & (run[:-1] + stroke > run[-1] * (1 + 1 / pieces))  # its chords are a little shorter
         share = np.clip(np.nan_to_num(ends / total - lap), 0, 1)
         cuts = np.broadcast_to(np.arange(pieces + 1.0)[:, None], run.shape)
-        last = np.floor(_interpolated(share, run / total, cuts) + rounding).astype(int)
+        last = np.floor(_interpolated(share, run / total, cuts) + CELL.rounding).astype(int)
         width = np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces)
     # no more than of equal pieces, so that bounds do not change by the rounding of their cores
-    held = np.minimum(last + pieces * lap - number, np.floor(width + rounding).astype(int))
+    held = np.minimum(last + pieces * lap - number, np.floor(width + CELL.rounding).astype(int))
     whole = np.clip(held, 2, pieces)
     steps = np.rint(np.linspace(0, 1, CELL.points)[:, None, None] * (whole - 1)).astype(int)
     index = 1 + number + steps

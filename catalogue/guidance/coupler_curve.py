@@ -44,6 +44,7 @@ class CurveOptions(NamedTuple):
     #: Farthest distance to which a point is followed [sizes of the linkage]: coupler points of
     #: slides and sliders run to infinity.
     far: float = 100.0
+    rounding: float = 1e-9  #: relative difference of extents or scores that is rounding
 
 
 CURVE = CurveOptions()
@@ -118,7 +119,7 @@ class CouplerCurve(Columns):
         t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
         extent = self.extent
         with np.errstate(all="ignore"):
-            outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
+            outside = (wanted < -extent[0] * (1 + CURVE.rounding)) | (wanted > extent[1] * (1 + CURVE.rounding))
             f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
             t, off = false_position(
                 lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
@@ -188,7 +189,7 @@ def coupler_curve(
         score = np.where(conditioning > CURVE.singular, score, -1.0).reshape(len(CHARTS), n)
         chosen = np.zeros(n, dtype=int)
         for i in range(1, len(CHARTS)):
-            chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
+            chosen = np.where(score[i] > score[:i].max(0) * (1 + CURVE.rounding), i, chosen)
         if dtype is float:
             return _to_turnings(every[chosen * n + np.arange(n)])
         chart = np.array(CHARTS)[chosen]

@@ -36,6 +36,7 @@ class CuspedZone(NamedTuple):
     #: deviation, open.
     sections: int = 17
     golden: float = 0.5 * (5**0.5 - 1)  #: golden ratio
+    moved: float = 1e-4  #: change by a step, over the level, above which steps go on
 
 
 CUSP = CuspedZone()
@@ -110,7 +111,7 @@ def _of_radius(
         deviation[open_] = level
         centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1)
         length = stroke[open_]
-        moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + CUSP.at_rest * length
+        moved = np.abs(c0) + np.abs(c1) * length > CUSP.moved * level + CUSP.at_rest * length
         if not moved.any():
             break
         open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]

@@ -22,6 +22,7 @@ class FixedNominal(NamedTuple):
     #: times as many.
     resolved: float = 1e-4
     away: float = 0.1  #: distance from the nominal up to which a path is followed [strokes]
+    rounding: float = 1e-15  #: deviation that is rounding [strokes]
 
 
 NOMINAL = FixedNominal()
@@ -88,7 +89,7 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
             u = u + missing * (heading * guides.tangent.conj()).real
     deviation, unresolved, forward = _measured(guides, t, nominal, onward, nodes)
     for more in (2, 4):
-        again = np.isfinite(deviation) & (unresolved > NOMINAL.resolved * deviation + 1e-15 * stroke)
+        again = np.isfinite(deviation) & (unresolved > NOMINAL.resolved * deviation + NOMINAL.rounding * stroke)
         if not again.any():
             break
         part = _measured(guides[again], t[:, again], nominal, onward[again], more * nodes)

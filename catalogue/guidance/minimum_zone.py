@@ -40,6 +40,9 @@ class MinimumZone(NamedTuple):
     #: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends
     #: may be farthest apart.
     wide: float = 0.86
+    moved: float = 1e-5  #: change by a linearisation, over the error, above which another follows
+    rounding: float = 1e-16  #: the change that is rounding [largest abscissa]
+    exceeds: float = 1e-6  #: relative excess over the level above which a point is exchanged
 
 
 MINIMUM_ZONE = MinimumZone()
@@ -207,7 +210,7 @@ def alternating(
             if held is None:
                 curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
                 moved = moved + np.abs(c[2]) * far
-            more = np.abs(c[0]) + moved * far > 1e-5 * error + 1e-16 * far
+            more = np.abs(c[0]) + moved * far > MINIMUM_ZONE.moved * error + MINIMUM_ZONE.rounding * far
             if not more.any():
                 break
             if not more.all():
@@ -286,7 +289,7 @@ def exchange(
             height = raised(np.abs(residual)) if peaks_too else np.abs(residual)
             worst = np.argmax(height, axis=0)
             value[open_] = height[worst, column]
-            better = value[open_] > np.abs(level[open_]) * (1 + 1e-6) + rounding[open_]
+            better = value[open_] > np.abs(level[open_]) * (1 + MINIMUM_ZONE.exceeds) + rounding[open_]
             if not better.any():
                 break
             like_first = np.sign(residual[worst, column][better]) == np.sign(level[open_][better])

@@ -40,6 +40,8 @@ class StationOptions(NamedTuple):
     astray: float = 0.5
     sharpest: float = 0.5005  #: least radius of a nominal [strokes]: that of half a circle is 0.5
     bend_step: float = 1e-6  #: step of the differences by the curvature [1/stroke]
+    #: Added to the diagonal of the fit: the radius of a flat arc hardly differs from its place.
+    regular: float = 1e-14
 
 
 STATION = StationOptions()
@@ -294,7 +296,7 @@ def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
     across = np.swapaxes(columns, 1, 2)
     square = across @ columns
     diagonal = np.einsum("nii->ni", square)
-    diagonal += 1e-14 * STATION.intervals  # a flat arc hardly tells its radius from its place
+    diagonal += STATION.regular * STATION.intervals
     found = np.linalg.solve(square, across @ error[..., None])
     return np.asarray(found[..., 0].T), np.asarray(error - (columns @ found)[..., 0])
 

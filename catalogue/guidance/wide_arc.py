@@ -44,6 +44,7 @@ class WideArc(NamedTuple):
     rounds: int = 10
     reached: float = 1e-12  #: displacement of an end by the last correction [rad]
     missed: float = 1e-9  #: error of a window where that is not reached [rad]
+    difference: float = 1e-6  #: step of the difference quotients [rad]
 
 
 WIDE_ARC = WideArc()
@@ -191,7 +192,7 @@ def _corrected(
     ndarray, shape (n,)
         Angle by which the ends were off before [rad].
     """
-    step = 1e-6
+    step = WIDE_ARC.difference
     side = np.array([[-1.0], [1.0]])
     z = some.pose(np.concatenate([middle[None], ends, ends + step])).point(point)
     ray = (z[0] - centre) * np.exp(1j * side * half)

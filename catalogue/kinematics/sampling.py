@@ -58,6 +58,7 @@ class Polyline(NamedTuple):
     aimed: float = 0.8
     #: fewest intervals: an arc flatter than its error looks smooth all the same
     min_intervals: int = 16
+    straight: float = 1e-3  #: part of the intervals that is laid out evenly, for straight parts
 
 
 POLYLINE = Polyline()
@@ -170,7 +171,7 @@ class Samples:
         off = off_chord(ends[:-1], ends[1:], within(curve, self.at))
         laid = np.append(0.0, np.cumsum(np.sqrt(np.nan_to_num(off) / (POLYLINE.aimed * error))))
         count = max(POLYLINE.min_intervals, int(np.ceil(min(laid[-1], SAMPLING.max_samples))))
-        laid += 1e-3 * np.linspace(0, max(1.0, laid[-1]), len(laid))  # where it is straight
+        laid += POLYLINE.straight * np.linspace(0, max(1.0, laid[-1]), len(laid))
         even = np.interp(np.linspace(0, laid[-1], count + 1), laid, self.at)
         return halved(curve, even, lambda a, b, inner: off_chord(a, b, inner) / error)[0]
 

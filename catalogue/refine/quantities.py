@@ -29,11 +29,19 @@ from ..problem.region import Region
 
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3
-#: Places on an arc beyond a half circle: its size is known to half a per cent.
-CORNERS = 33
-#: Distance below which ends of slides are one place: it is never the largest, and any step turns it
-#: [strokes].
-SAME = 1e-4
+
+
+class PieceOptions(NamedTuple):
+    """Resolution of pieces, and limits of their derivatives."""
+
+    corners: int = 33  #: places on an arc beyond a half circle: its size is known to 0.5 %
+    #: Distance below which ends of slides coincide [strokes]: it is never the largest, and any step
+    #: changes its direction.
+    same: float = 1e-4
+    squared_sine: float = 1e-4  #: least squared sine of an angle of 0 or 180 degrees in derivatives
+
+
+PIECE = PieceOptions()
 
 
 class Pieces(NamedTuple):
@@ -213,7 +221,7 @@ class Quantities:
         path = self.problem.path
         if not path.is_wide or path.radius is None or path.angle is None:
             return np.array([0j, path.stroke + 0j])
-        turn = np.radians(0.5 * path.angle) * np.linspace(1, -1, CORNERS)
+        turn = np.radians(0.5 * path.angle) * np.linspace(1, -1, PIECE.corners)
         apart = np.cos(np.radians(0.5 * path.angle)) - np.exp(1j * turn)
         return np.asarray(0.5 * path.stroke - 1j * path.radius * apart)
 
@@ -278,7 +286,7 @@ class Quantities:
         sine, slope = np.where(second, other, first), np.where(second[:, None], two, one)
         side = np.sign(sine.sum(0))
         sine, slope = side * sine, side[:, None] * slope
-        cosine = np.sqrt(np.maximum(1 - sine * sine, 1e-4))
+        cosine = np.sqrt(np.maximum(1 - sine * sine, PIECE.squared_sine))
         angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
         pieces = Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
         return pieces if self.least is None else pieces.raised(-self.least / 90)
@@ -451,7 +459,7 @@ def ratio(one: Row, other: Row) -> Row:
 
 def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
     """Return the angles of cosines in right angles; NaN but where a mask (n,) says so."""
-    sine = np.sqrt(np.maximum(1 - cosine * cosine, 1e-4))
+    sine = np.sqrt(np.maximum(1 - cosine * cosine, PIECE.squared_sine))
     angle = np.where(where, np.arccos(np.clip(cosine, -1, 1)), np.nan)
     return angle / (np.pi / 2), -slope / sine[:, None] / (np.pi / 2)
 
@@ -478,7 +486,7 @@ def distance(one: Row, other: Row) -> Row:
     """
     between = one[0] - other[0]
     with np.errstate(all="ignore"):
-        unit = np.where(np.abs(between) > SAME, between / np.abs(between), np.nan)
+        unit = np.where(np.abs(between) > PIECE.same, between / np.abs(between), np.nan)
     return np.abs(between), ((one[1] - other[1]) * unit.conj()[:, None]).real
 
 

@@ -35,6 +35,7 @@ class TrustRegion:
     wider: float = 2.5  #: factor after a round that lowered the merit
     narrower: float = 0.25  #: factor after one that did not
     damping: float = 0.1  #: damping of the first step
+    least: float = 1e-9  #: least length of a step that narrows the radius
 
 
 TRUST = TrustRegion()
@@ -170,7 +171,7 @@ class Race:
         """Go where a round has gained; be more careful elsewhere."""
         length = np.abs(step).max(1)
         self.here = put(self.here, gained, to)
-        radius = np.minimum(self.radius, np.maximum(length, 1e-9)) * TRUST.narrower
+        radius = np.minimum(self.radius, np.maximum(length, TRUST.least)) * TRUST.narrower
         radius[gained] = np.minimum(np.maximum(length * TRUST.wider, self.radius), TRUST.widest)[gained]
         self.radius = radius
         self.multipliers = 0.5 * self.multipliers

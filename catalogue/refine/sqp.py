@@ -45,6 +45,7 @@ class SqpOptions(NamedTuple):
     max_penalty: float = 1e4  #: largest penalty
     steeper: float = 4.0  #: factor of the penalty where the violation falls too little
     falls: float = 0.7  #: ratio of successive violations above which it falls too little
+    least_gain: float = 1e-9  #: gain of the merit below which a step gained nothing
 
 
 SQP = SqpOptions()
@@ -183,7 +184,7 @@ class Refinement:
         here = self.current[at]
         before = cost(self.problem, here) + self.penalty[at] * self.violation[at]
         first = least(merit, of)
-        gained = first[merit[first] < np.where(np.isnan(before), np.inf, before)[of[first]] - 1e-9]
+        gained = first[merit[first] < np.where(np.isnan(before), np.inf, before)[of[first]] - SQP.least_gain]
         to = at[of[gained]]
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0

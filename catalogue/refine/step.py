@@ -26,6 +26,8 @@ class StepOptions(NamedTuple):
     #: needed.
     slight: float = 1e-3
     balanced: float = 1e-4  #: Residual of stationarity up to which multipliers prove a bound.
+    regular: float = 1e-9  #: quadratic cost of variables without one: the programme is regular
+    widest: float = 1e-4  #: largest relative margin inside the tolerance
 
 
 STEP = StepOptions()
@@ -119,7 +121,7 @@ def _programme(
 ) -> _Programme:
     columns = _Columns(problem)
     cost = _costs(problem, scaling, columns, penalty)
-    square = np.full(cost.shape, 1e-9)
+    square = np.full(cost.shape, STEP.regular)
     square[:, : columns.steps] = STEP.pull / (scaling.stretch * radius[:, None]) ** 2
     blocks = [*_elastic_rows(problem, scaling, columns, margin, share), *_box(scaling, radius)]
     return _Programme(square, cost, *_assembled(blocks, columns.width))
@@ -171,7 +173,7 @@ def _elastic_rows(
     yield scaling.effect, -scaling.error, {columns.error: -1.0}
     yield -scaling.effect, scaling.error, {columns.error: -1.0}
     still = np.zeros((n, 1, columns.steps))
-    inside = share * (1 - min(5 * margin, 1e-4))
+    inside = share * (1 - min(5 * margin, STEP.widest))
     allowed = (inside * problem.allowed / scaling.unit)[:, None]
     yield still, allowed, {columns.error: 1.0, columns.slack("deviation"): -1.0}
     for name, limit in problem.limits.items():
