@@ -13,6 +13,7 @@ import pytest
 
 import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
+from catalogue.candidates.batch import final
 from catalogue.find import find as finding
 from catalogue.find.candidate import COLUMNS
 from catalogue.problem.criteria import CRITERIA
@@ -382,7 +383,7 @@ def test_more_effort_never_makes_the_best_worse(ask: Ask, criterion: str, constr
 
 def test_first_answers_that_do_not_last_are_not_the_end(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the measurement at the end refuses all of them, the search goes on as at effort 1."""
-    measured, efforts = finding.final, []
+    measured, efforts = final, []
 
     def refused(problem: Any, found: Any, **how: Any) -> Any:
         efforts.append(problem.effort)
