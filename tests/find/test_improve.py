@@ -64,14 +64,13 @@ def carried(guide: OwnGuide, turn: complex, shift: complex, mirror: bool) -> Own
     return OwnGuide(guide.linkage.moved(turn, shift, np.array([mirror])).pivots[0].tolist(), [z.real, z.imag])
 
 
-@pytest.mark.parametrize("hold", ["fixed-pivots", ()], ids=str)
-def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> None:
+def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide) -> None:
     """Run the other way, turned and ten times as large, or mirrored it becomes the same."""
     scores = []
     for turn, mirror in ((1, False), (10 * np.exp(2.7j), False), (1, True)):
         scale = abs(turn)
         moved = carried(mine, turn, (300 - 70j) * scale, mirror)
-        found = improve(moved, StraightLine(120 * scale, 0.4 * scale), hold=hold)
+        found = improve(moved, StraightLine(120 * scale, 0.4 * scale), hold="fixed-pivots")
         assert found.before.deviation == pytest.approx(0.4845 * scale, rel=1e-3)
         scores.append(found.improved.score)
     assert min(scores) > 0.999 * max(scores)
@@ -80,7 +79,7 @@ def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> Non
 @pytest.mark.parametrize("request_", [StraightLine(100, 0.5), CircularArc(100, 0.5, 150)], ids=["line", "arc"])
 def test_an_answer_is_improved_from_its_own_stretch(small: Catalogue, request_: Any) -> None:
     """That is where it scores best, and seldom where it runs straightest."""
-    for answer in small.find(request_, families=["slider-crank", "four-bar"], limit=2):
+    for answer in small.find(request_, families=["four-bar"], limit=1):
         found = improve(answer, request_, hold="fixed-pivots")
         assert found.before.deviation == pytest.approx(answer.deviation, rel=1e-3)
         assert found.before.score == pytest.approx(answer.score, abs=0.01)

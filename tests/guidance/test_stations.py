@@ -40,6 +40,7 @@ def test_a_nominal_has_its_chord_and_its_curvature(curvature: float) -> None:
         np.testing.assert_array_equal(tangent, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any arc"])
 @pytest.mark.parametrize("family", FAMILIES)
 def test_the_guided_point_stands_at_every_station(small: Catalogue, request_: Any, family: str) -> None:

@@ -40,7 +40,7 @@ def along(found: Circuits, point: Array, at: Stretches, count: int = 257) -> Arr
 
 
 @pytest.mark.slow
-@every_family
+@pytest.mark.parametrize("family", [*FAMILIES][::2])
 def test_no_window_within_the_deviation_is_longer(random_linkages: Maker, naive: SimpleNamespace, family: str) -> None:
     linkage = random_linkages(family, 1, 91)
     found, point = drawn(linkage, 1)

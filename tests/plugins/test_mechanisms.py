@@ -65,6 +65,7 @@ def test_platforms_of_cognates_do_not_turn() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("brief")
 @pytest.mark.parametrize("request_", [StraightLine(150, 0.05), CircularArc(150, 0.05, 400)], ids=["line", "arc"])
 def test_platforms_of_planar_guides_are_as_straight_and_small(small: Catalogue, request_: PathRequest) -> None:
     """Of random ones the smallest is over eight strokes long."""
@@ -103,6 +104,7 @@ def test_platforms_of_planar_guides_are_as_straight_and_small(small: Catalogue, 
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("brief")
 def test_what_planar_guides_cannot_answer_is_advised(small: Catalogue) -> None:
     """Followed, the advice has an answer; of no four-bars nothing is made, and tags are kept."""
 

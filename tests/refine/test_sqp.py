@@ -25,7 +25,6 @@ pytestmark = pytest.mark.slow
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)
 BOX = (-1.5, -1.5, 2.5, 1.5)
 WISHES: list[tuple[Any, Any, dict[str, Any]]] = [
-    (LINE, "score", {"families": ["four-bar"]}),
     (LINE, "size", {"families": ["four-bar"], "min_transmission": 30.0, "max_link": 2.0}),
     (LINE, "transmission", {"families": ["four-bar"], "fixed_pivots_in": BOX, "max_size": 3.0}),
     (LINE, "size", {"families": ["four-bar"], "full_rotation": True, "min_link": 0.15}),

@@ -37,7 +37,7 @@ class TestContract(CollectionContract):
     """Of collections."""
 
     collection = COLLECTION
-    count = 6
+    count = 4
 
 
 @pytest.fixture(scope="module")
