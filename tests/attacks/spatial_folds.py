@@ -22,10 +22,11 @@ from typing import Any
 import numpy as np
 
 from catalogue.spatial import Cylindrical, Joint, Link, Mechanism, Revolute, Spherical, Travel
+from catalogue.spatial.continuation.curve import Trace
+from catalogue.spatial.continuation.dead_points import unfolded
+from catalogue.spatial.continuation.tracing import March
 from catalogue.spatial.jointed.circuit import Circuit
-from catalogue.spatial.jointed.curve import Curve, Trace, signature
-from catalogue.spatial.jointed.dead_points import unfolded
-from catalogue.spatial.jointed.tracing import March
+from catalogue.spatial.jointed.curve import Curve, signature
 from tests.benchmarks.measuring import table, title, wanted_count
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_folds.md"

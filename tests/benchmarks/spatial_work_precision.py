@@ -25,7 +25,8 @@ from scipy.optimize import least_squares, root
 
 from catalogue.spatial import Link, Mechanism, Travel
 from catalogue.spatial.guided import compiled as guided_compiled
-from catalogue.spatial.jointed import compiled, newton
+from catalogue.spatial.guided.walk import ACCURACY, LIMITS
+from catalogue.spatial.jointed import compiled, newton, sweeping
 from tests.benchmarks.measuring import arguments, table, title
 from tests.benchmarks.spatial_sweep import TRAVEL, scipy_five_links, turned
 from tests.spatial.conftest import CLASSES, driven, random_mechanisms, solver
@@ -227,7 +228,8 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
         for (way, formulation, batch, fast), last in product(MINE, OURS):
             if fast and guided_compiled.kernel() is None:
                 continue
-            S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = S.filling_.LAST = last
+            S.newton_.LAST = S.filling_.LAST = last
+            S.walk_.LIMITS, S.walk_.ACCURACY = LIMITS._replace(last=last), ACCURACY._replace(last=last)
             mine = replace(m, formulation=formulation)
             some = [np.arange(len(m))] if batch else [np.array([i]) for i in range(FEW)]
             with mock.patch.object(guided_compiled, "WORTH", 0 if fast else np.inf):
@@ -242,7 +244,8 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
             points = (each - centre[:FEW, None, None]) / unit[:FEW, None, None, None]
             error = np.nanmax(np.abs(np.moveaxis(points, -1, 2) - exact))
             found.append((name, way, last, taken, float(error)))
-        S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = S.filling_.LAST = 1e-8
+        S.newton_.LAST = S.filling_.LAST = 1e-8
+        S.walk_.LIMITS, S.walk_.ACCURACY = LIMITS, ACCURACY
         for way, run, with_jacobian, few in WAYS:
             for tol in THEIRS:
                 taken, error = 0.0, 0.0
@@ -318,7 +321,8 @@ def axle() -> list[tuple[str, str, float, float, float]]:
                 mechanism.sweep(travel, TRAVEL)  # notes by what it is solved
             for last in OURS:
                 times = []
-                with mock.patch.multiple(newton, LAST=last, ENOUGH=max(last, 1e-6)):
+                accuracy = newton.ACCURACY._replace(last=last, enough=max(last, 1e-6))
+                with mock.patch.object(newton, "ACCURACY", accuracy), mock.patch.object(sweeping, "ACCURACY", accuracy):
                     for _ in range(3 if many > 1 else 30):
                         begin = time.process_time()
                         motion = mechanism.sweep(travel, TRAVEL)

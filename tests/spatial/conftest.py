@@ -15,8 +15,9 @@ import pytest
 GOLDEN = Path(__file__).with_name("golden.json")
 MODULES = {
     "geometry": ("kinds", "power_series", "rotation", "guides"),
-    "guided": ("elimination", "mechanism", "unknowns", "equations", "newton", "series", "euler_angles", "distances",
-               "formulation", "position", "derivatives", "predictor_corrector", "continuation", "filling", "follow",
+    "continuation": ("elimination",),
+    "guided": ("mechanism", "unknowns", "equations", "newton", "series", "euler_angles", "distances",
+               "formulation", "position", "derivatives", "filling", "walk", "follow",
                "roots", "closed_form", "assemblies"),
 }  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")

@@ -31,7 +31,8 @@ from catalogue.spatial import (
     Spherical,
     Travel,
 )
-from catalogue.spatial.jointed import compiled, tracing
+from catalogue.spatial.continuation import tracing
+from catalogue.spatial.jointed import compiled
 from catalogue.spatial.jointed.circuit import Circuit
 from catalogue.spatial.jointed.curve import signature
 from catalogue.spatial.native import loading
@@ -224,7 +225,7 @@ def test_a_matrix_that_is_singular_is_left_to_numpy(monkeypatch: pytest.MonkeyPa
 @needs_numba
 def test_the_tests_of_a_step_are_those_of_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whoever changes a constant of a step changes it for both: here no step may turn, so that none is made."""
-    monkeypatch.setattr(tracing, "TURN", 2.0)
+    monkeypatch.setattr(tracing, "LIMITS", tracing.LIMITS._replace(refused=0.0))
     one, other = both(monkeypatch, lambda: rssr(*RSSR).sweep(Joint("crank"), [0.5]))
     assert one.ends == other.ends == ((None, (0.0, "step too small")),)
 

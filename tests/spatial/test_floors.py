@@ -14,10 +14,11 @@ ROOT = Path(catalogue.__file__).parent / "spatial"
 #: What each room may import from, besides itself.
 ROOMS = {
     "geometry": (),
-    "native": (),
-    "guided": ("geometry", "native"),
+    "native": ("continuation",),
+    "continuation": (),
+    "guided": ("geometry", "native", "continuation"),
     "drawing": (),
-    "jointed": ("geometry", "drawing", "native"),
+    "jointed": ("geometry", "drawing", "native", "continuation"),
     "fitting": ("jointed",),
 }
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path.parent != ROOT)

@@ -18,7 +18,7 @@ import pytest
 from catalogue.spatial.geometry.guides import KINDS
 from catalogue.spatial.geometry.surfaces import Plane
 from catalogue.spatial.guided import compiled
-from catalogue.spatial.guided import predictor_corrector as steps
+from catalogue.spatial.guided.walk import LIMITS
 from tests.benchmarks.spatial_work_precision import Single, refined
 from tests.spatial import test_follow
 from tests.spatial.test_follow import path_of
@@ -181,10 +181,10 @@ def test_a_step_in_which_the_drive_turns_back_is_refused() -> None:
         a, b, rise, turn = *draw.uniform(0, 1, 2), draw.uniform(0, 0.5), draw.choice([1e-3, 0.5])
         nodes: Any = SimpleNamespace(slope=np.array([a]), drive=np.zeros(1), tangent=np.zeros((1, 1)))
         found = curve.rises.py_func(
-            nodes, 0, 2.0, 2.0 * rise, b, steps.MARGIN, SimpleNamespace(tangent=np.array([turn]))
+            nodes, 0, 2.0, 2.0 * rise, b, LIMITS.margin, SimpleNamespace(tangent=np.array([turn]))
         )
         slope = a * (1 - t) ** 2 + 2 * (3 * rise - a - b) * t * (1 - t) + b * t**2
-        assert found == (slope[1:-1].min() >= min(a, b, steps.MARGIN * turn**3))
+        assert found == (slope[1:-1].min() >= min(a, b, LIMITS.margin * turn**3))
         verdicts[found] += 1
     assert min(verdicts[True], verdicts[False]) > 50
 

@@ -33,8 +33,8 @@ from catalogue.spatial import (
     sensitivities,
     transmission,
 )
-from catalogue.spatial.jointed.dead_points import _with_node, stationary
-from catalogue.spatial.jointed.newton import across
+from catalogue.spatial.continuation.dead_points import _with_node, dead_points
+from catalogue.spatial.continuation.newton import across
 
 
 def rssr(crank: Any, axis: Any, at: Any, rocker: Any, other: Any) -> Mechanism:
@@ -158,15 +158,16 @@ def test_a_dead_point_a_little_beyond_two_nodes_is_found_too(part: float) -> Non
     turns = np.flatnonzero(trace.slope[:-1] * trace.slope[1:] < 0)
     assert len(turns) == 2
     for k in turns.tolist():
-        (s, state), _ = stationary(curve, trace, k)
+        found = dead_points(curve, trace.take([k]), trace.take([k + 1]))
+        s, state = float(found.s[0]), found.y[0]
         y, tangent, slope = across(curve, trace.at(np.array([s - part * (s - trace.s[k])])), trace.tangent[k][None])
         before = trace._replace(**{name: getattr(trace, name).copy() for name in trace._fields if name != "reason"})
         before.s[k + 1] = s - part * (s - trace.s[k])
         before.y[k + 1], before.rate[k + 1] = y[0], curve.system.lifted(y, tangent)[0]
         before.tangent[k + 1], before.slope[k + 1] = tangent[0], slope[0]
         assert before.slope[k] * before.slope[k + 1] > 0
-        (_, found), _ = stationary(curve, before, k)
-        np.testing.assert_allclose(found, state, atol=1e-8)
+        again = dead_points(curve, before.take([k]), before.take([k + 1]))
+        np.testing.assert_allclose(again.y[0], state, atol=1e-8)
 
 
 def test_the_drive_at_a_node_that_is_put_between_two_is_between_theirs() -> None:
@@ -459,7 +460,7 @@ def random_mechanism(draw: np.random.Generator, kind: int) -> tuple[Mechanism, A
 @pytest.mark.slow
 def test_no_sweep_changes_its_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
     """90 random mechanisms, five links, RSCR and RSSR: wherever ten times smaller steps lead, up to the same ends."""
-    from catalogue.spatial.jointed import tracing
+    from catalogue.spatial.continuation import tracing
 
     draw = np.random.default_rng(5)
     stopped = 0
@@ -467,8 +468,8 @@ def test_no_sweep_changes_its_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
         mechanism, drive, values = random_mechanism(draw, k % 3)
         swept = mechanism.sweep(drive, values)
         with monkeypatch.context() as patch:
-            for name, value in (("AIM", 1e-6), ("REFUSED", 1e-5), ("LONGEST", 0.03), ("TURN", np.cos(0.1))):
-                patch.setattr(tracing, name, value)
+            short = tracing.LIMITS._replace(aim=1e-6, refused=1e-5, longest=0.03, turn=float(np.cos(0.1)))
+            patch.setattr(tracing, "LIMITS", short)
             slowly = mechanism.sweep(drive, values)
         assert (swept.success == slowly.success).all()
         both = swept.success

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...given import choice, instance, whole
 from ...kinematics.types import Array
+from ..continuation.elimination import solve
 from .closed_form import FREE, closed_form
-from .elimination import solve
 from .equations import System
 from .mechanism import Mechanisms
 from .newton import newton

@@ -11,23 +11,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...kinematics.types import Array
+from ..continuation.tracing import BRANCH, STUCK
 from ..geometry.guides import KINDS
 from ..geometry.kinds import Kind
 from ..native.loading import call, load, plain
-from . import continuation, newton
-from . import predictor_corrector as steps
 from .equations import System, slot_of
 from .mechanism import Mechanisms
 from .position import AT_APEX, CLOSED, EDGE, LOST, OK, driver_units
+from .walk import ACCURACY, LIMITS, TURNING
 
 #: Positions for which numba is imported, which takes as long as some thousand of them by numpy.
 WORTH = 100
 #: Nodes of a curve for which there is room; from the last it goes on.
 MOST = 128
 #: Why a path ended, in the order of `native.curve`.
-REASONS = np.array(
-    [OK, continuation.TURNING, continuation.BRANCH, *[continuation.STUCK] * 3, EDGE, continuation.STUCK], dtype="U90"
-)
+REASONS = np.array([OK, TURNING, BRANCH, STUCK, STUCK, STUCK, EDGE, STUCK], dtype="U90")
 
 
 class Fast(NamedTuple):
@@ -110,14 +108,9 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
     states[begun, 0] = begin[begun]
     counts = (np.zeros(n, kind) for kind in (np.int64, float, np.int64))
     ways = k.Ways(path, corners.copy(), states, begun.astype(np.int64), *counts)
-    limits = k.Limits(
-        aim=2e-3, refused=1e-2, first=steps.LONGEST / 4, longest=steps.LONGEST, shortest=steps.SHORTEST,
-        contraction=steps.SECOND, at_branch=continuation.AT_BRANCH, bow=steps.BOW, turn=float(np.cos(steps.TURN)),
-        last=newton.LAST, margin=steps.MARGIN,
-    )  # fmt: skip
-    unknowns, accuracy = len(fast.plan.keep) + 1, k.Accuracy(newton.LAST, near=1e-2, enough=1e-6)
+    unknowns = len(fast.plan.keep) + 1
     room = k.nodes(unknowns, MOST, unknowns + 1)
-    call(k.led, fast.plan, fast.bodies, ways, room, limits, accuracy, np.zeros(0), fast.work)
+    call(k.led, fast.plan, fast.bodies, ways, room, LIMITS, ACCURACY, np.zeros(0), fast.work)
     return states, ways.reached, REASONS[ways.why], ways.end, ways.steps
 
 

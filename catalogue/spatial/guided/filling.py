@@ -1,9 +1,8 @@
-"""Positions between the steps of a walk, many at once: interpolated, corrected at their drivers, and checked.
+"""Interpolate positions between nodes of traces, correct them at their drivers, and check them.
 
-A walk goes in steps as long as its control allows and leaves marks: states and their derivatives along the way.  What
-lies between two marks follows from the polynomial through them and their neighbours, which agrees to so many digits
-that one correction is enough.  A node counts where Newton's method stays near the polynomial, the rates there agree
-with its derivative, and the determinant has the sign of the walk; elsewhere steps must lead.
+Polynomials through two nodes and their neighbours agree to so many digits that one or two corrections
+are enough.  A position counts where Newton's method stays near its polynomial, the rates agree with
+its derivative, and the determinant has the sign of the curve.
 """
 
 from __future__ import annotations
@@ -13,18 +12,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kinematics.types import Array
-from .continuation import Walk
-from .elimination import solve
+from ..continuation.curve import Traces
+from ..continuation.elimination import solve
+from .curve import LineCurve
 from .newton import LAST, NOISE
-from .position import off_edge
-from .predictor_corrector import SECOND
 
-#: Nodes that are corrected together.
+#: Positions that are corrected together.
 TOGETHER = 2048
-#: Corrections that a node is given.
+#: Corrections that a position is given.
 CORRECTIONS = 3
-#: Largest first correction, of the way between the marks, and largest difference of the rates, of themselves.
-NEAR, ALIKE = 1e-3, 1e-2
+#: Largest first correction, as a part of the way between two nodes.
+NEAR = 1e-3
+#: Largest difference of rates, in their own size with that of the drivers.
+ALIKE = 1e-2
+#: Largest ratio of a correction to the one before.
+SECOND = 0.2
+#: The same where steps lead to a position alone.
+NEAR_ALONE, ALIKE_ALONE = 0.1, 0.2
 #: Sine of the angle between two pieces of a path below which the node between them is no corner.
 STRAIGHT = 1e-9
 #: Rounding errors by which a driver's value may be beside a straight line.
@@ -32,7 +36,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def corners(nodes: Array) -> Array:
-    """Return which nodes (n, s, k) of a path are its ends, or where it does not go straight on, shape (n, s)."""
+    """Find the corners of paths (n, s, k), their ends among them, shape (n, s)."""
     out = np.ones(nodes.shape[:2], bool)
     nodes = np.ascontiguousarray(np.moveaxis(nodes, 2, 0))
     step = np.diff(nodes)
@@ -47,121 +51,119 @@ def corners(nodes: Array) -> Array:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Polynomials between the marks of walks, in the order of mechanisms, corners and the parameter.
+    """Polynomials of arc length between the nodes of traces.
 
     Attributes
     ----------
-    line : ndarray, shape (p,)
-        Straight line that each is of: mechanism times `lines`, and corners passed.
+    first : ndarray, shape (p,)
+        Node at which each begins.
     at : ndarray, shape (8, p)
-        Parameters, from 0 to 1 on each line, of the ends of each and of its neighbours, each twice.
-    factors : ndarray, shape (8, rows, p)
-        Divided differences.
-    lines : int
+        Arc lengths of the ends of each and of its neighbours, each twice.
+    factors : ndarray, shape (8, numbers, p)
+        Divided differences of states.
     """
 
-    line: Array
+    first: Array
     at: Array
     factors: Array
-    lines: int
 
     @staticmethod
-    def of(walk: Walk) -> Pieces:
-        """Return the polynomials between the marks of a walk."""
-        who, corner, t, value, slope = (np.concatenate(v, axis=-1) for v in zip(*walk.marks, strict=True))
-        line = who * len(walk.nodes) + corner
-        order = np.lexsort((t, line))
-        line, t, value, slope = (v[..., order] for v in (line, t, value, slope))
-        one = np.flatnonzero(np.diff(line) == 0)
-        joined = np.zeros(len(t) + 1, bool)
+    def of(traces: Traces) -> Pieces:
+        """Return the polynomials between the nodes of traces."""
+        who, nodes = traces.who, traces.nodes
+        one = np.flatnonzero(np.diff(who) == 0)
+        joined = np.zeros(len(who) + 1, bool)
         joined[one + 1] = True
         before, after = joined[one], joined[one + 2]
-        last = np.minimum(one + 2, len(t) - 1)
+        last = np.minimum(one + 2, len(who) - 1)
         marks = np.stack([one, one + 1, np.where(before, one - 1, last), last])
-        at = np.repeat(t[marks], 2, axis=0)
-        level = np.repeat(np.moveaxis(value[:, marks], 1, 0), 2, axis=0)
+        at = np.repeat(nodes.s[marks], 2, axis=0)
+        level = np.repeat(np.moveaxis(nodes.y[marks], 2, 1), 2, axis=0)
         factors = [level[0]]
         with np.errstate(all="ignore"):
             for k in range(1, 8):
                 level = np.diff(level, axis=0) / (at[k:] - at[:-k])[:, None]
                 if k == 1:
-                    level[::2] = np.moveaxis(slope[:, marks], 1, 0)
+                    level[::2] = np.moveaxis(nodes.rate[marks], 2, 1)
                 known = np.ones(len(one), bool) if k < 4 else before | after if k < 6 else before & after
                 factors.append(np.where(known, level[0], 0))
-        return Pieces(line[one], at, np.stack(factors), len(walk.nodes))
+        return Pieces(one, at, np.stack(factors))
 
-    @property
-    def width(self) -> Array:
-        """Part of its line that each takes."""
-        return np.asarray(self.at[2] - self.at[0])
+    def where(self, piece: Array, value: Array) -> Array:
+        """Solve for arc lengths at values of the drive, the last number of pieces."""
+        low, high = self.at[0, piece], self.at[2, piece]
+        s = (low + high) / 2
+        for _ in range(40):  # Newton's method, kept between bounds: slow at a dead point
+            there, slope = self(piece, s, slice(-1, None))
+            off = there[0] - value
+            low, high = np.where(off < 0, s, low), np.where(off < 0, high, s)
+            better = s - off / slope[0]
+            s, before = np.where((better >= low) & (better <= high), better, (low + high) / 2), s
+            if not (np.abs(s - before) > LAST).any():
+                break
+        return np.asarray(s)
 
-    def find(self, who: Array, corner: Array, t: Array) -> Array:
-        """Return in which piece parameters are, -1 if in none."""
-        if not len(self.line):
-            return np.full(len(t), -1)
-        line = who * self.lines + corner
-        piece = np.maximum(np.searchsorted(2 * self.line + self.at[0], 2 * line + t, side="right") - 1, 0)
-        inside = (self.line[piece] == line) & (t >= self.at[0, piece]) & (t <= self.at[2, piece])
-        return np.where(inside, piece, -1)
-
-    def __call__(self, piece: Array, t: Array) -> tuple[Array, Array]:
-        """Return the values (rows, n) of pieces, and their derivatives."""
-        value, slope = self.factors[7][:, piece], np.zeros((self.factors.shape[1], len(piece)))
+    def __call__(self, piece: Array, s: Array, rows: slice = slice(None)) -> tuple[Array, Array]:
+        """Return the numbers (rows, n) of pieces at arc lengths, and their derivatives."""
+        value = self.factors[7][rows, piece]
+        slope = np.zeros_like(value)
         for k in range(6, -1, -1):
-            off = t - self.at[k, piece]
+            off = s - self.at[k, piece]
             slope = slope * off + value
-            value = value * off + self.factors[k][:, piece]
+            value = value * off + self.factors[k][rows, piece]
         return value, slope
 
 
-def fill(walk: Walk) -> tuple[Array, Array]:
-    """Return the poses (s, 4 + f, n) on the path of a walk, and which are good (n, s): its nodes, and those between."""
-    poses, stop = walk.poses(), walk.stop
-    states, good = np.full((len(walk.path), *poses.shape[1:]), np.nan), np.zeros(stop.shape, bool)
-    passed = np.floor(walk.places).astype(int)
-    who, node = np.nonzero(stop)
-    states[node, :, who] = poses[passed[who, node], :, who]
-    good[who, node] = passed[who, node] < walk.reached[who]
-    who, node = np.nonzero(~stop & (passed >= 0) & (passed < walk.reached[:, None]))
-    if len(who):
-        pieces = Pieces.of(walk)
-        for low in range(0, len(who), TOGETHER):
-            i, j = who[low : low + TOGETHER], node[low : low + TOGETHER]
-            with np.errstate(all="ignore"):
-                sure, pose = _corrected(walk, pieces, i, j)
-            states[j[sure], :, i[sure]], good[i[sure], j[sure]] = pose, True
+def fill(curve: LineCurve, traces: Traces, sign: Array, who: Array, value: Array, next_: Array) -> tuple[Array, Array]:
+    """Find states (m, numbers) of curves `who` (m,) at values (m,) of their drives, and success (m,).
+
+    `sign` (n,) is that of the determinants of curves; `next_` (m,) marks poses to which steps lead alone.
+    """
+    states, good = np.full((len(value), len(curve.weight)), np.nan), np.zeros(len(value), bool)
+    if not len(value) or len(traces.who) == len(traces.reason):
+        return states, good
+    pieces, last = Pieces.of(traces), traces.last
+    span = 2 * max(np.abs(value).max(), 1e-300)  # of curves one after the other; last nodes may be farther
+    key = np.minimum(traces.nodes.drive, 0.75 * span) + traces.who * span
+    node = np.minimum(np.searchsorted(key, value + who * span, side="right") - 1, last[who] - 1)
+    piece = np.searchsorted(pieces.first, node)
+    for low in range(0, len(value), TOGETHER):
+        some = slice(low, low + TOGETHER)
+        with np.errstate(all="ignore"):
+            states[some], good[some] = _corrected(
+                curve.take(who[some]), pieces, piece[some], value[some], sign[who[some]], next_[some]
+            )
     return states, good
 
 
-def _corrected(walk: Walk, pieces: Pieces, who: Array, node: Array) -> tuple[Array, Array]:
-    """Return which of m nodes are found beyond doubt, and the poses there, one a row."""
-    t, passed = np.modf(walk.places[who, node])
-    before, q = passed.astype(int), walk.path[node, :, who].T
-    dq = walk.nodes[before + 1, :, who].T - walk.nodes[before, :, who].T
-    piece = pieces.find(who, before, t)
-    index = np.flatnonzero(piece >= 0)
-    who, q, dq, piece, turns = who[index], q[:, index], dq[:, index], piece[index], len(walk.state.quaternion)
-    value, slope = pieces(piece, t[index])
-    state, system = type(walk.state)(value[:turns], value[turns:]), walk.system.take(who)
-    sure, rest, sub, at, values = np.zeros(len(who), bool), np.arange(len(who)), system, state, q
+def _corrected(
+    curve: LineCurve, pieces: Pieces, piece: Array, value: Array, sign: Array, next_: Array
+) -> tuple[Array, Array]:
+    """Return states (m, numbers) at values of the drive, and where they are beyond doubt."""
+    numbers, slope = pieces(piece, pieces.where(piece, value))
+    way = pieces.at[2, piece] - pieces.at[0, piece]
+    turns, dq, system = len(curve.like.quaternion), curve.q1, curve.system
+    q = curve.q0 + value * dq
+    state = curve.state(numbers.T).copy()
+    sure, rest, sub, at, values, limit = np.zeros(len(value), bool), np.arange(len(value)), system, state, q, way
     for i in range(CORRECTIONS):
         now = sub.evaluate(at, values)
-        z, sign = solve(now.jacobian, np.stack([-now.residual, -(now.drivers * dq[:, rest]).sum(1)], axis=1))
+        right = np.stack([-now.residual, -(now.drivers * dq[:, rest]).sum(1)], axis=1)
+        z, found = solve(now.jacobian, right)
         length = np.sqrt((z[:, 0] ** 2).sum(0))
         if i == 0:
-            speed = np.sqrt((z[:, 1] ** 2).sum(0) + ((now.travel * dq) ** 2).sum(0))
-            other = at.velocity(z[:, 1], now.metric) - slope
-            off = np.sqrt(4 * (other[:turns] ** 2).sum(0) + ((other[turns:] * now.metric) ** 2).sum(0))
-            limit = np.where(off <= ALIKE * speed, NEAR * speed * pieces.width[piece] + LAST, 0)
+            scale = np.concatenate([np.full((turns, len(value)), 2.0), now.metric])
+            rate = np.stack([at.velocity(z[:, 1], now.metric), slope[:-1] / slope[-1]]) * scale
+            rate /= np.sqrt((rate**2).sum(1) + ((now.travel * dq) ** 2).sum(0))[:, None]
+            alike = np.sqrt(((rate[0] - rate[1]) ** 2).sum(0)) <= np.where(next_, ALIKE_ALONE, ALIKE)
+            limit = np.where(alike, np.where(next_, NEAR_ALONE, NEAR) * way + LAST, 0)
         at = at.moved(z[:, 0], now.metric)
         state.put(rest, at)
         last = (length < LAST) | ((now.distance < NOISE * sub.reach) & (i > 0))
-        near = (length <= limit) & (sign == walk.sign[who[rest]])
+        near = (length <= limit) & (found == sign[rest])
         sure[rest] = near & last
         more = np.flatnonzero(near & ~last)
         if not len(more):
             break
         rest, sub, at, values, limit = rest[more], sub.take(more), at[more], values[:, more], SECOND * length[more]
-    if walk.bounded:
-        sure &= ~off_edge(walk.mechanisms[who], system, system.local(system.world(state, q)))
-    return index[sure], system.pose(state, q).numbers[:, sure].T
+    return np.concatenate([state.numbers, value[None]]).T, sure

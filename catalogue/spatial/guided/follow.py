@@ -14,13 +14,13 @@ import numpy as np
 from ...given import array, instance, whole
 from ...kinematics.types import Array
 from . import compiled
-from .continuation import Walk
 from .equations import System
-from .filling import corners, fill
+from .filling import corners
 from .mechanism import Mechanisms
 from .newton import newton
-from .position import CLOSED, OK, Positions, driver_units, reported, solve_positions
+from .position import CLOSED, Positions, driver_units, reported, solve_positions
 from .unknowns import State
+from .walk import Walk
 
 BEYOND = "beyond the end of the motion"
 #: Mechanisms that advance together: their arrays stay in the second-level cache.
@@ -98,53 +98,15 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
         begun = np.flatnonzero(first.success)
         for low in range(0, len(begun), BLOCK):
             index = begun[low : low + BLOCK]
-            led = _led(mechanisms[index], nodes[index], first.state[index])
-            states[index], reached[index], reason[index], end[index], steps[index] = led
+            walk = Walk(mechanisms[index], nodes[index], first.state[index], corners(nodes[index]))
+            walk.run()
+            states[index], reached[index], reason[index] = walk.poses(), walk.reached, walk.reason
+            end[index], steps[index] = walk.end, walk.steps
     whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
     every = np.arange(n)
     after = np.minimum(whole + 1, nodes.shape[1] - 1)
     end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
     return Motion(_measured(mechanisms, fast, nodes, states, reached), reached, reason, end, end_drivers, steps)
-
-
-def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...]:
-    """Return poses at the nodes (n, s, k), how many were reached, why not more, where the motion ends, and the steps.
-
-    Long steps lead from corner to corner of the path, and the other nodes are filled in; then again from the first that
-    is in doubt, by way of all that are; then from node to node.
-    """
-    n, s = nodes.shape[:2]
-    states, reached, steps = np.full((n, s, len(state.numbers)), np.nan), np.ones(n, int), np.zeros(n, int)
-    states[:, 0] = state.numbers.T
-    reason, end, stop, here = np.full(n, OK, dtype="U90"), np.zeros(n), corners(nodes), np.arange(s)
-    some = np.arange(n)
-    for marked in (True, True, False):
-        begun = reached[some, None] - 1
-        stop[some] = (here == begun) | ((here > begun) & (stop[some] | (not marked)))
-        last = states[some, begun[:, 0]].T
-        walk = Walk(mechanisms[some], nodes[some], State(last[:4], last[4:]), stop[some], marked)
-        walk.run()
-        new, good = fill(walk)
-        j, i = np.nonzero(good.T)
-        states[some[i], j] = new[j, :, i]
-        good |= here <= begun
-        stop[some] |= ~good
-        reached[some], steps[some] = np.where(good.all(1), s, good.argmin(1)), steps[some] + walk.steps
-        reason[some], end[some], over = walk.reason, *_ends(walk, reached[some])
-        some = some[~over]
-        if not len(some):
-            break
-    return states, reached, reason, end, steps
-
-
-def _ends(walk: Walk, reached: Array) -> tuple[Array, Array]:
-    """Return where motions end, in values of the path, and whether these are all that there is before."""
-    every, last = np.arange(len(reached)), walk.path.shape[0] - 1
-    one, other = (walk.places[every, np.minimum(j, last)] for j in (reached - 1, reached))
-    with np.errstate(all="ignore"):
-        part = np.clip((walk.end - one) / (other - one), 0, 1)
-    ended = walk.reason != OK
-    return reached - 1 + np.where(ended, part, 0.0), (reached > last) | (ended & (other > walk.end)) | (not walk.marked)
 
 
 def _measured(

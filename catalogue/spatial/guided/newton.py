@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kinematics.types import Array
-from .elimination import solve
+from ..continuation.elimination import solve
 from .equations import System
 from .unknowns import Equations, State
 

@@ -10,9 +10,9 @@ import numpy as np
 from ...errors import InvalidRequest
 from ...given import array, instance
 from ...kinematics.types import Array
+from ..continuation.elimination import condition, solve
 from ..geometry.kinds import Kind
 from ..geometry.rotation import fitted, matrix
-from .elimination import condition, solve
 from .equations import System
 from .formulation import formulated
 from .mechanism import Mechanisms
@@ -131,8 +131,8 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
 
 def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positions:
     """Return found positions; of those to which no straight way of the drivers leads from a start, only say why."""
-    from .continuation import TURNING
     from .follow import follow
+    from .walk import TURNING
 
     some = np.flatnonzero(np.isfinite(start.drivers).all(1) & np.isfinite(found.drivers).all(1))
     if not len(some):

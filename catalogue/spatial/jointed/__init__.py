@@ -5,7 +5,7 @@ which body, `loop_closure` what closes the loops, `drives` what scalars are, all
 `located_guide`.  `tree` has the poses and screws of bodies that hang on joints, `system` the conditions between them
 and the Jacobian.
 
-`mechanism.Mechanism` is the front; `tracing` follows the `curve` of all poses, `newton` corrects onto it, `dead_points`
-finds where its drive turns back; `motion` is what a sweep gives, `circuit` the whole of a motion.  `compiled` lets
-numba do it, by `kernel`, where it is installed.  It imports `geometry`.
+`mechanism.Mechanism` is the front; `sweeping` moves it along its `curve` of poses, by `continuation`; `motion` is what
+a sweep gives, `circuit` the whole of a motion.  `compiled` lets numba do it, by `kernel`, where it is installed.  It
+imports `geometry`, `continuation` and `native`.
 """

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
 
 from ...given import whole
 from ...kinematics.types import Array
-from .curve import Curve, Trace, signature, tangents
-from .dead_points import stationary, unfolded
+from ..continuation.curve import Trace
+from ..continuation.dead_points import dead_points, unfolded
+from ..continuation.newton import across
+from ..continuation.tracing import LONG, MOST, March
+from .curve import Curve, signature, tangents
 from .elements import Scalar, title
 from .motion import Motion
-from .newton import across, solved
-from .tracing import LONG, MOST, March
+from .newton import solved
 from .tree import FREE
 
 if TYPE_CHECKING:
@@ -123,12 +125,10 @@ def _circuit(
     if closed and abs(trace.slope[0]) < 1e-9 and trace.slope[1] * trace.slope[-2] < 0:  # in the design pose
         dead.append(float(trace.drive[0]) * unit)
         trace.slope[[0, -1]] = 0.0
-    for k in np.flatnonzero(np.sign(trace.slope[:-1]) * np.sign(trace.slope[1:]) < 0):
-        (_, at), _ = stationary(curve, trace, int(k))
-        value = curve(at[None])[2][0]
-        if curve.system.scalars[-1].periodic:
-            value += 2 * np.pi * np.round((trace.drive[k] - value) / (2 * np.pi))
-        dead.append(float(value) * unit)
+    turns = np.flatnonzero(np.sign(trace.slope[:-1]) * np.sign(trace.slope[1:]) < 0)
+    if len(turns):
+        passed = dead_points(_repeated(curve, len(turns)), trace.take(turns), trace.take(turns + 1))
+        dead += (passed.drive * unit).tolist()
     gained = trace.drive[-1] - trace.drive[0]
     crank = closed and not dead and abs(abs(gained) - 2 * np.pi) < 1e-3 and unit == 1.0
     values = [*dead, *((trace.drive[[0, -1]] * unit).tolist() if not (closed and dead) else [])]
@@ -150,7 +150,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
         if not len(march.who):
             break
         good, who = march.step(), march.who
-        apart = signature(march.curve, march.last[1]) - first[who]
+        apart = signature(curve.take(who), march.last[1]) - first[who]
         ahead, step = (apart * away[who]).sum(1), march.last[0] - march.before[0]
         near = good & (behind[who] < 0) & (ahead >= 0) & ((apart * apart).sum(1) < (NEAR * step) ** 2)
         behind[who] = np.where(good, ahead, behind[who])
@@ -161,7 +161,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
                 done[i] = closing
         march.end(np.isin(who, list(done)))
     open_ = (i for i in range(len(y)) if i not in done)
-    ended = {i: march.trace(i)._replace(reason=march.reason[i] or LONG) for i in open_}
+    ended = {i: march.trace(i)._replace(reason=str(march.reason[i]) or LONG) for i in open_}
     return [(done[i], True) if i in done else (ended[i], False) for i in range(len(y))]
 
 
@@ -189,13 +189,5 @@ def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
     tangent, slope, value = trace.tangent[:1], trace.slope[:1], curve(y)[2]
     if curve.system.scalars[-1].periodic:
         value = value + 2 * np.pi * np.round((trace.drive[-2] - value) / (2 * np.pi))
-    new: tuple[Any, ...] = (
-        np.array([s]),
-        y,
-        curve.system.lifted(y, tangent),
-        value,
-        slope,
-        tangent,
-        trace.jacobian[-1:],
-    )
-    return Trace._make([*(np.concatenate([v[:-1], w]) for v, w in zip(trace[:7], new, strict=True)), ""])
+    new = np.array([s]), y, curve.lifted(y, tangent), value, slope, tangent
+    return Trace._make([*(np.concatenate([v[:-1], w]) for v, w in zip(trace[:-1], new, strict=True)), ""])

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...kinematics.types import Array
+from ..continuation.newton import Accuracy
 from ..native.loading import call, load, plain
 from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, SumFunction, TravelFunction
 
 if TYPE_CHECKING:
+    from ..continuation.tracing import March
     from .system import System
 
 #: The kernel, with a plan, a geometry and room for one pose.
 Fast = tuple[Any, Any, Any, Any]
-Numbers = tuple[float, ...]
 
 
 @cache
@@ -116,24 +117,25 @@ def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array
     return rotation, shift, basis, twist
 
 
-def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) -> tuple[Array, Array, Array]:
+def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy) -> tuple[Array, Array, Array]:
     """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
     k, plan, geometry, work = fast
     y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
-    call(k.solved, plan, geometry, work, plain(held), y, plain(target), found, k.Accuracy(*accuracy))
+    call(k.solved, plan, geometry, work, plain(held), y, plain(target), found, accuracy)
     return y, found == 1, found < 0
 
 
-def steps(fast: Fast, held: Array, h: Array, sign: Array, before: Any, last: Any, limits: Numbers) -> Any:
+def steps(fast: Fast, held: Array, march: March) -> Any:
     """Try a step of many curves from their last nodes; those before give the direction.
 
     Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would have changed the
     orientation; None if a matrix was singular.
     """
     k, plan, geometry, work = fast
-    nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(before, last, strict=True)))
-    h, good, crossing = h.copy(), np.zeros(len(h), bool), np.zeros(len(h), bool)
-    if not call(k.steps, plan, geometry, work, plain(held), h, plain(sign), nodes, k.Limits(*limits), good, crossing):
+    nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(march.before, march.last, strict=True)))
+    h, good, crossing = march.h.copy(), np.zeros(len(march.h), bool), np.zeros(len(march.h), bool)
+    given = (plan, geometry, work, plain(held), h, plain(march.sign), nodes, march.limits)
+    if not call(k.steps, *given, good, crossing):
         return None
     return h, tuple(v[:, 2] for v in nodes), good, crossing
 
@@ -152,7 +154,6 @@ def swept(
         k.Nodes(*map(plain, start)), plain(sign), plain(target), goal, np.empty((n, s, numbers)),
         np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
     )  # fmt: skip
-    constants = k.Limits(*constants[0]), k.Accuracy(*constants[1])
     call(k.swept, plan, geometry, work, plain(held), sweep, k.nodes(plan.moves.shape[1], most + 2, numbers), *constants)
     sweep.states[sweep.found != 1] = np.nan
     return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)

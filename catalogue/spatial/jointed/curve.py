@@ -1,19 +1,25 @@
-"""The curve of all poses that a mechanism of one freedom can take: its equations, nodes on it, cubics between."""
+"""The curve of all poses that a mechanism of one freedom can take: its equations."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...kinematics.types import Array
+from ..continuation import curve as continuation
+from ..continuation.curve import around
 from . import compiled
 from .system import System
 
+if TYPE_CHECKING:
+    from ..continuation.tracing import March
+
 
 @dataclass(frozen=True)
-class Curve:
+class Curve(continuation.Curve):
     """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the system is read off.
 
     Of an overconstrained mechanism the conditions `rows` (n, r) stand for all others near the poses in which they were
@@ -33,6 +39,17 @@ class Curve:
             return self
         jacobian = self._every(y)[1][:, : self.system.rows]
         return Curve(self.system, self.held, pivots(jacobian, len(self.system.use)))
+
+    weight = property(attrgetter("system.weight"))
+    redundant = property(attrgetter("system.redundant"))
+    periodic = property(lambda self: self.system.scalars[-1].periodic)
+    spins = property(lambda self: self.system.idle.size > 0)
+    unitary = property(attrgetter("system.unitary"))
+    moved = property(attrgetter("system.moved"))
+    lifted = property(attrgetter("system.lifted"))
+
+    def compiled_step(self, march: March) -> Any:
+        return compiled.steps(self.system.fast, self.held, march) if self.system.fast else None
 
     def jacobian(self, y: Array) -> Array:
         """Return the Jacobian of all conditions and scalars, (n, c + k, m)."""
@@ -89,87 +106,6 @@ def wrapped(system: System, difference: Array) -> Array:
     return difference
 
 
-def around(angle: Array) -> Array:
-    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
-
-
-class Trace(NamedTuple):
-    """Nodes of one curve.
-
-    Attributes
-    ----------
-    s : ndarray, shape (k,)
-        Arc length [rad, units].
-    y, rate : ndarray, shape (k, numbers)
-        States, and their derivatives by s.
-    drive, slope : ndarray, shape (k,)
-        The driven scalar, and its derivative by s.
-    tangent : ndarray, shape (k, m)
-    jacobian : ndarray, shape (k, m - 1, m)
-        Of the conditions, at or next to the nodes.
-    reason : str
-        Why it ends; empty where it was to.
-    """
-
-    s: Array
-    y: Array
-    rate: Array
-    drive: Array
-    slope: Array
-    tangent: Array
-    jacobian: Array
-    reason: str = ""
-
-    def at(self, s: Array) -> Array:
-        """Return states at arc lengths by the cubics between nodes, shape (n, numbers)."""
-        i = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
-        h = (self.s[i + 1] - self.s[i])[:, None]
-        return cubic(((s - self.s[i])[:, None]) / h, h, self.y[i], self.y[i + 1], self.rate[i], self.rate[i + 1])
-
-    def where(self, value: Array) -> Array:
-        """Return the arc lengths at which the drive, which must run one way, has given values."""
-        direction = np.sign(self.drive[-1] - self.drive[0]) or 1.0
-        i = np.clip(np.searchsorted(direction * self.drive, direction * value) - 1, 0, len(self.s) - 2)
-        h = self.s[i + 1] - self.s[i]
-        g = self.drive[i], self.drive[i + 1], self.slope[i], self.slope[i + 1]
-        low, high = np.zeros_like(value), np.ones_like(value)
-        t = np.clip((value - g[0]) / np.where(g[1] == g[0], 1, g[1] - g[0]), 0, 1)
-        for _ in range(6):  # Newton's method, kept between bounds
-            off = cubic(t, h, *g) - value
-            low, high = np.where(direction * off < 0, t, low), np.where(direction * off < 0, high, t)
-            with np.errstate(all="ignore"):
-                better = t - off / cubic_slope(t, h, *g)
-            t = np.where((better >= low) & (better <= high), better, (low + high) / 2)
-        return np.asarray(self.s[i] + t * h)
-
-    def joined(self, other: Trace) -> Trace:
-        """Return this one backwards, and then the other, which begins at the same node."""
-        both = [
-            np.concatenate([sign * getattr(self, name)[:0:-1], getattr(other, name)])
-            for name, sign in (
-                ("s", -1),
-                ("y", 1),
-                ("rate", -1),
-                ("drive", 1),
-                ("slope", -1),
-                ("tangent", -1),
-                ("jacobian", 1),
-            )
-        ]
-        return Trace._make([*both, other.reason])
-
-
-def cubic(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
-    """Return Hermite's cubic at the part t of an interval h."""
-    u = 1 - t
-    return np.asarray(u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db))
-
-
-def cubic_slope(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
-    """Return the derivative of the cubic by t."""
-    return np.asarray(6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
-
-
 def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
     """Return unit vectors along curves from the Jacobian of the conditions (n, m - 1, m) and the gradient of the drive.
 
@@ -181,11 +117,6 @@ def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
     slope = (t * by).sum(1)
     regular = s[:, -1] / s[:, 0] if s.shape[1] else np.ones(len(j))
     return np.where(slope < 0, -1, 1)[:, None] * t, np.abs(slope), regular
-
-
-def orientation(j: Array, tangent: Array) -> Array:
-    """Return the signs of the determinants of Jacobians (n, m - 1, m) bordered by tangents."""
-    return np.asarray(np.linalg.slogdet(np.concatenate([j, tangent[:, None]], axis=1))[0])
 
 
 def signature(curve: Curve, y: Array) -> Array:

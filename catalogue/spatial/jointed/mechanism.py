@@ -13,6 +13,7 @@ import numpy as np
 from ...errors import CannotDrive, InvalidRequest, NotMovable
 from ...given import instance, number, several, switch, text, whole
 from ...kinematics.types import Array
+from ..continuation.tracing import March
 from . import several_drives
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
@@ -27,7 +28,6 @@ from .request import Drives
 from .scalars import ScalarFunction
 from .sweeping import swept
 from .system import System
-from .tracing import March
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -1,61 +1,25 @@
-"""Newton's method onto the curve of poses: across it, or to where the drive has given values."""
+"""Newton's method onto poses at which the drive has given values, from near or rough states."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...kinematics.types import Array
+from ..continuation.curve import around
+from ..continuation.newton import LAST, Accuracy, corrected, solve
 from . import compiled
-from .curve import Curve, around
+from .curve import Curve
 
-#: A Newton step below this is the last: the next would be less than a rounding error.
-LAST = 1e-8
-#: A pose that is farther than this from where it was looked for is that of another assembly.
-NEAR = 0.05
-#: A pose is found if its last Newton step is no larger.
-ENOUGH = 1e-6
+#: Of poses; one farther than 0.05 from where it was looked for is that of another assembly.
+ACCURACY = Accuracy(last=LAST, near=0.05, enough=1e-6)
 #: Poses that are corrected together: their arrays stay in the cache.
 BLOCK = 2048
 
 
-def accuracy() -> tuple[float, float, float]:
-    """Return the constants of a pose, as the kernel takes them."""
-    return LAST, NEAR, ENOUGH
-
-
-def solve(a: Array, b: Array) -> Array:
-    try:
-        return np.asarray(np.linalg.solve(a, b))
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(a) @ b)
-
-
-def newton_step(f: Array, j: Array, tangent: Array) -> tuple[Array, Array]:
-    """Return Newton's step across a tangent, and the unit vector along the curve."""
-    right = np.zeros((*tangent.shape, 2))
-    right[:, :-1, 0], right[:, -1, 1] = -f, 1
-    z = solve(np.concatenate([j, tangent[:, None]], axis=1), right)
-    off, new = z[..., 0], z[..., 1]
-    return off, new / np.sqrt((new * new).sum(1, keepdims=True))
-
-
-def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]:
-    """Return states corrected across tangents (n, m), the tangents there and the slope of the drive."""
-    y = curve.system.unitary(y)
-    curve = curve.selected(y)
-    for _ in range(8):
-        f, j, _, by = curve(y)
-        off, new = newton_step(f, j, tangent)
-        y = curve.system.moved(y, off)
-        if not np.abs(off).max() > LAST:
-            break
-    return y, new, (new * by).sum(1)
-
-
 def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
-    """Correct states (n, numbers) so that the drive has given values (n,); return them and where that was possible."""
+    """Solve for states (n, numbers) at values (n,) of the drive; return them and success (n,)."""
     if curve.system.fast:
-        out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, accuracy())
+        out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, ACCURACY)
         if singular.any():
             some = np.flatnonzero(singular)
             out[some], good[some] = _solved(curve.take(some), y[some], target[some])
@@ -64,27 +28,12 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
 
 
 def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
-    """The same by numpy."""
-    y = curve.system.unitary(y)
-    found = np.zeros(len(y), bool)
+    """Solve by numpy, in blocks."""
+    out, found = np.empty_like(y), np.zeros(len(y), bool)
     for low in range(0, len(y), BLOCK):
         some = np.arange(low, min(low + BLOCK, len(y)))
-        sub = curve.take(some).selected(y[some])
-        at, periodic = y[some], curve.system.scalars[-1].periodic
-        near = np.ones(len(some), bool)
-        for k in range(8):
-            f, j, value, by = sub(at)
-            off = value - target[some]
-            right = -np.concatenate([f, (around(off) if periodic else off)[:, None]], axis=1)
-            step = solve(np.concatenate([j, by[:, None]], axis=1), right[..., None])[..., 0]
-            with np.errstate(all="ignore"):
-                size = np.abs(step).max(1)
-                at = curve.system.moved(at, step)
-            near &= (size <= NEAR) | (k > 0)
-            if not (size > LAST).any():
-                break
-        y[some], found[some] = at, (size <= ENOUGH) & near
-    return y, found
+        out[some], found[some] = corrected(curve.take(some), y[some], target[some], ACCURACY)
+    return out, found
 
 
 def _rough(a: Array, b: Array) -> Array:

@@ -10,8 +10,10 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ...kinematics.types import Array
-from .curve import Curve, around, cubic
-from .newton import LAST, solve, solved
+from ..continuation.curve import around, cubic
+from ..continuation.newton import LAST, solve
+from .curve import Curve
+from .newton import solved
 from .system import System
 
 #: Largest first correction at a node of a path [rad, units]: beyond it the next assembly may be nearer.

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...kinematics.types import Array
+from ..continuation import tracing
+from ..continuation.newton import newton_step
+from ..continuation.tracing import BRANCH, LONG, MOST, STUCK, TURNING, toward
 from . import compiled
-from .curve import Curve, orientation
-from .newton import accuracy, solved
-from .tracing import BRANCH, LONG, MOST, STUCK, TURNING, limits, toward
+from .curve import Curve
+from .newton import ACCURACY, solved
 
 #: How far beyond an end of its way, in units or radians, a value of the drive still counts as reached.
 BESIDE = 1e-12
@@ -40,10 +42,11 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     if fast is None:
         return _swept(curve, y, at, tangent, target, goal)
     nodes = (
-        np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent, at[1],
+        np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent,
     )  # fmt: skip
+    sign = newton_step(at[0], at[1], tangent, signed=True)[2]
     states, end, why, singular = compiled.swept(
-        fast, curve.held, nodes, orientation(at[1], tangent), target, goal, MOST, (limits(), accuracy())
+        fast, curve.held, nodes, sign, target, goal, MOST, (tracing.LIMITS, ACCURACY)
     )
     reason = np.array([*REASONS, ""], dtype=object)[why]
     if singular.any():
@@ -60,10 +63,10 @@ def _swept(
     n = len(y)
     both = np.tile(np.arange(n), 2)
     signed = np.concatenate([-tangent, tangent])
-    traces = toward(curve.take(both), y[both], signed, target.T.ravel(), tuple(v[both] for v in at))
+    traces = toward(curve.take(both), y[both], signed, target.T.ravel(), at=tuple(v[both] for v in at))
     states, inside = np.full((n, len(goal), y.shape[1]), np.nan), np.zeros((n, len(goal)), bool)
     for i in range(n):
-        trace = traces[i].joined(traces[n + i])
+        trace = traces.one(i).joined(traces.one(n + i))
         inside[i] = (goal >= trace.drive[0] - BESIDE) & (goal <= trace.drive[-1] + BESIDE)
         if inside[i].any():
             states[i, inside[i]] = trace.at(trace.where(goal[inside[i]])) if len(trace.s) > 1 else trace.y[:1]
@@ -71,5 +74,4 @@ def _swept(
     found, good = solved(curve.take(who), states[who, which], goal[which])
     found[~good] = np.nan
     states[who, which] = found
-    end = np.array([t.drive[-1] for t in traces]).reshape(2, n).T
-    return states, end, np.array([t.reason for t in traces], dtype=object).reshape(2, n).T
+    return states, traces.nodes.drive[traces.last].reshape(2, n).T, traces.reason.reshape(2, n).T

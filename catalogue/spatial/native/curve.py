@@ -14,30 +14,16 @@ import numpy as np
 
 from .compiling import NOUGHT, ONE, compiled, inlined
 from .elimination import substitute
-from .equations import evaluate, lifted, moved, unitary
-from .newton import around, factored, lacking, largest, select
+from .equations import lifted, moved, unitary
+from .newton import around, evaluated, factored, lacking, largest, select
 
 #: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
 LEAST_BULGE = 1e-3
+#: Least divisor.
+TINY = 1e-9
 #: Why a curve ended: it was to, or a reason; a matrix was singular, which numpy solves.  Bodies on guides end, besides,
 #: at the edge of a guide, and where a pose is not surely on the curve.
 REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR, EDGE, DOUBTFUL = range(8)
-
-
-class Limits(NamedTuple):
-    """What a step may be."""
-
-    aim: Any
-    refused: Any
-    first: Any
-    longest: Any
-    shortest: Any
-    contraction: Any
-    at_branch: Any
-    bow: Any
-    turn: Any
-    last: Any
-    margin: Any = -1.0  # slope of the drive that counts as none, per cube of the angle turned; -1: as it may be
 
 
 class Nodes(NamedTuple):
@@ -49,20 +35,19 @@ class Nodes(NamedTuple):
     drive: Any
     slope: Any
     tangent: Any
-    jacobian: Any
 
 
 def nodes(unknowns: int, most: int, numbers: int) -> Nodes:
     """Return room for nodes."""
     m = unknowns
-    shapes = ((most,), (most, numbers), (most, numbers), (most,), (most,), (most, m), (most, m - 1, m))
+    shapes = ((most,), (most, numbers), (most, numbers), (most,), (most,), (most, m))
     return Nodes(*(np.empty(shape) for shape in shapes))
 
 
-@compiled
+@inlined
 def at(plan, geometry, g, y, w):
     """Find what conditions lack and the drive in one state, with their Jacobian."""
-    evaluate(plan, geometry, g, y, w, True)
+    evaluated(plan, geometry, g, y, w, True)
 
 
 @inlined
@@ -147,8 +132,12 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
 
 @inlined
 def good_step(plan, h, nodes, k, first, second, w, limits):
-    """Return whether a step is one along the same smooth curve, but for the sign of its determinant, and its arc."""
-    chord, cosine, turning = 0.0, 0.0, 0.0
+    """Return whether a step is one along the same smooth curve, but for the sign of its determinant.
+
+    With it its arc, and how much longer the next may be: corrections grow like the fourth power of a step, the turn
+    like the step, the bow like its square.
+    """
+    chord, cosine, turn = 0.0, 0.0, 0.0
     for i in range(len(w.y)):
         ahead = w.y[i] - nodes.y[k, i]
         chord += plan.weight[i] * ahead * ahead
@@ -160,9 +149,12 @@ def good_step(plan, h, nodes, k, first, second, w, limits):
             off = w.y[i] - nodes.y[k, i] - 0.5 * arc * (nodes.rate[k, i] + w.rate[i])
             bow += plan.weight[i] * off * off
     for i in range(len(w.tangent)):
-        turning += w.tangent[i] * nodes.tangent[k, i]
+        turn += (w.tangent[i] - nodes.tangent[k, i]) ** 2
+    turned, bent = turn / (2 - 2 * limits.turn), bow / max(limits.bow * arc, TINY) ** 2
     good = first <= min(limits.refused, 0.1 * h) and second <= max(limits.contraction * first, limits.last)
-    return good and turning >= limits.turn and bow <= (limits.bow * arc) ** 2, arc
+    change = min(limits.aim / max(first, TINY), 0.5 / max(bent, TINY)) ** 0.25
+    change = min(max(min(change, 0.7 / sqrt(max(turned, TINY))), 0.3), 2.0)
+    return good and turned <= 1 and bent <= 1, arc, change if first == first else 0.3
 
 
 @inlined
@@ -178,15 +170,13 @@ def rises(nodes, k, arc, value, slope, margin, w):
 
 
 @inlined
-def write_node(plan, nodes, k, s, value, slope, w):
+def write_node(nodes, k, s, value, slope, w):
     """Write the pose of the last step as node k."""
     nodes.s[k], nodes.drive[k], nodes.slope[k] = s, value, slope
     for i in range(len(w.y)):
         nodes.y[k, i], nodes.rate[k, i] = w.y[i], w.rate[i]
     for j in range(len(w.tangent)):
         nodes.tangent[k, j] = w.tangent[j]
-        for i in range(len(plan.keep)):
-            nodes.jacobian[k, i, j] = w.jacobian[w.rows[i], j]
 
 
 @compiled
@@ -203,13 +193,11 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     sign, first, second, value, slope = stepped(plan, geometry, g, held, h, nodes.s[k] - nodes.s[b], nodes, k, b, w)
     if sign == 0:
         return h, False, False, True
-    good, arc = good_step(plan, h, nodes, k, first, second, w, limits)
+    good, arc, change = good_step(plan, h, nodes, k, first, second, w, limits)
     good = good and (limits.margin < 0 or rises(nodes, k, arc, value, slope, limits.margin, w))
     crossing = sign != orientation
-    change = (limits.aim / max(first, 1e-9)) ** 0.25 if first == first else 0.3
-    change = min(max(change, 0.3), 2.0)
     if good and not crossing:
-        write_node(plan, nodes, to, nodes.s[k] + arc, value, slope, w)
+        write_node(nodes, to, nodes.s[k] + arc, value, slope, w)
         return min(change * h, limits.longest), True, False, False
     return min(min(change, 0.5) * h, limits.longest), False, crossing, False
 
@@ -304,7 +292,7 @@ def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
     for j in range(len(w.tangent)):
         w.tangent[j] = w.along[j]
     lifted(plan, w.y, w.tangent, w.rate)
-    write_node(plan, nodes, k, s, value, 0.0, w)
+    write_node(nodes, k, s, value, 0.0, w)
 
 
 @inlined

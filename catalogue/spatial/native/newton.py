@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,18 +16,16 @@ SLOW = 0.05
 NONE_LEFT = 1e-15
 
 
-class Accuracy(NamedTuple):
-    """Of a pose: the constants of `newton`."""
-
-    last: Any
-    near: Any
-    enough: Any
-
-
 @inlined
 def around(angle):
     """Return an angle between -pi and pi."""
     return (angle + pi) % (2 * pi) - pi
+
+
+@compiled
+def evaluated(plan, geometry, g, y, w, jacobian):
+    """Evaluate a state: in one place, as equations are long to compile."""
+    evaluate(plan, geometry, g, y, w, jacobian)
 
 
 @inlined
@@ -103,7 +100,7 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
     unitary(plan, y)
     anew, near, size = True, True, 0.0
     for k in range(12):
-        evaluate(plan, geometry, g, y, w, anew)
+        evaluated(plan, geometry, g, y, w, anew)
         if k == 0 and plan.redundant:
             select(plan, held, w)
         lacking(plan, held, w)

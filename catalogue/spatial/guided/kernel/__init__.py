@@ -4,11 +4,8 @@ One body after the other: `guides` are the charts of `geometry`, `pose` the equa
 `native.curve` follows, `sweep` what `follow` and `position` make of them; `guided.compiled` calls it.
 """
 
-from ...native.curve import Limits, nodes
-from ...native.newton import Accuracy
+from ...native.curve import nodes
 from .pose import Bodies, Plan, plan, work
 from .sweep import Measured, Scales, Ways, led, measured
 
-__all__ = [
-    "Accuracy", "Bodies", "Limits", "Measured", "Plan", "Scales", "Ways", "led", "measured", "nodes", "plan", "work",
-]  # fmt: skip
+__all__ = ["Bodies", "Measured", "Plan", "Scales", "Ways", "led", "measured", "nodes", "plan", "work"]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...native import equations
-from ...native.compiling import inlined
+from ...native.compiling import compiled, inlined
 from .guides import HALF, HELIX, TORUS, chart, function
 
 
@@ -278,15 +278,18 @@ def distance(w):
 @inlined
 def off_edge(plan, b, i, y, w):
     """Return whether a point is on the half of a guide that its chart does not reach; the drivers are `q`."""
+    beyond = False
     for a in range(b.kinds.shape[1]):
-        if b.kinds[i, a] == HALF:
-            put(plan, b, i, y, w.q, w)
-            z = local(
-                b, i, a, w.places[0, 0] + w.arms[a, 0], w.places[0, 1] + w.arms[a, 1], w.places[0, 2] + w.arms[a, 2]
-            )[2]
-            if not z >= 0:
-                return True
-    return False
+        beyond = beyond or (b.kinds[i, a] == HALF and beyond_waist(plan, b, i, a, y, w))
+    return beyond
+
+
+@compiled
+def beyond_waist(plan, b, i, a, y, w):
+    """Return whether a point is on the other half of its hyperboloid."""
+    put(plan, b, i, y, w.q, w)
+    z = local(b, i, a, w.places[0, 0] + w.arms[a, 0], w.places[0, 1] + w.arms[a, 1], w.places[0, 2] + w.arms[a, 2])[2]
+    return not z >= 0
 
 
 def work(plan: Plan, points: int, drivers: int) -> Work:

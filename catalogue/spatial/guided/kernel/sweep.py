@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import isfinite, sqrt
 from typing import Any, NamedTuple
 
+from ...continuation.newton import Accuracy
 from ...native.compiling import NOUGHT, ONE, compiled, inlined, kept
 from ...native.curve import (
     BRANCH,
@@ -22,7 +23,7 @@ from ...native.curve import (
     up_to_dead_point,
 )
 from ...native.elimination import eliminate
-from ...native.newton import Accuracy, corrected, factored
+from ...native.newton import corrected, factored
 from .guides import HALF, VERSION, apex, locate
 from .pose import at_drivers, by_y, distance, lifted, local, off_edge, turned
 
@@ -124,8 +125,8 @@ def set_out(plan, b, i, path, begin, end, held, nodes, w):
     m, width = len(plan.keep), 0.0
     w.y[m + 1] = 0.0
     for k in range(path.shape[1]):
-        w.q[k] = w.q0[k] = path[begin, k]
-    at_drivers(plan, b, i, w.y, w, True)
+        w.q0[k], w.q1[k] = path[begin, k], 0.0
+    at(plan, b, i, w.y, w)
     for k in range(path.shape[1]):
         width += (w.travel[k] * (path[end, k] - path[begin, k])) ** 2
     nodes.drive[0] = width = max(sqrt(width), 1e-9)

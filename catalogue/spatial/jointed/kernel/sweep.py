@@ -123,9 +123,7 @@ def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing
     """Try a step of many curves: nodes (n, 3) of each are the one before, the last, and room for the next."""
     for i in range(len(h)):
         g = 0 if len(geometry.points) == 1 else i
-        own = Nodes(
-            nodes.s[i], nodes.y[i], nodes.rate[i], nodes.drive[i], nodes.slope[i], nodes.tangent[i], nodes.jacobian[i]
-        )
+        own = Nodes(nodes.s[i], nodes.y[i], nodes.rate[i], nodes.drive[i], nodes.slope[i], nodes.tangent[i])
         h[i], good[i], crossing[i], singular = step(
             plan, geometry, g, held[i], h[i], orientation[i], own, 1, 0, 2, limits, w
         )
