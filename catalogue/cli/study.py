@@ -44,6 +44,7 @@ if TYPE_CHECKING:
             "Value of the map: score, size, deviation, min_transmission or allowance.",
             default="score",
         ),
+        option("--front", "FILE", "Draw the Pareto front of the first request as a page of HTML.", OUTPUT),
         FORCE,
         DB,
         PLUGINS,
@@ -56,6 +57,7 @@ def study(
     table: Path | None,
     map: Path | None,
     value: str,
+    front: Path | None,
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
@@ -81,6 +83,8 @@ def study(
         _write(found, table)
     if map is not None:
         asked.map(map, value=value)
+    if front is not None:
+        asked.front(front)
     counts = Counter(found["status"])
     told = {"answers": "with answers", "none": "without, with advice", "failed": "failed"}
     print(

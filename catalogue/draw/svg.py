@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,6 +34,17 @@ def number(value: float, digits: int = 2) -> str:
 def pair(z: complex, digits: int = 2) -> str:
     """Return a place."""
     return f"{number(z.real, digits)} {number(z.imag, digits)}"
+
+
+def ticks(low: float, high: float, most: int) -> list[float]:
+    """Return round values from low to high with at most so many intervals."""
+    if not high > low:
+        return [low]
+    rough = (high - low) / most
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * part for part in (1, 2, 2.5, 5, 10) if power * part >= rough * (1 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [step * k for k in range(first, last + 1)]
 
 
 def polyline(z: Array, digits: int = 2) -> str:

@@ -277,8 +277,8 @@ class Study:
     def map(self, file: str | PathLike[str], *, value: str = "score", x: str = "", y: str = "") -> None:
         """Write the map as a page of HTML that stands alone.
 
-        Cells over two axes are shaded by a value of their best answer, with steps where the series
-        or the family changes; each leads to a card with its code, or its advice.
+        Cells over two axes are shaded by a value of their best answer, with contours, and steps
+        where the series or the family changes; each leads to a card with its code, or its advice.
 
         Parameters
         ----------
@@ -298,12 +298,30 @@ class Study:
 
         keys = {number: state[0] for number, state in self._file.done().items()}
         best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
-        text = page(self.to_pandas(), best, value, x, y)
-        try:
-            with replacing(Path(file)) as part:
-                part.write(text.encode())
-        except OSError as error:
-            raise InvalidRequest(f"cannot write {file}: {error.strerror}") from None
+        _write(file, page(self.to_pandas(), best, value, x, y))
+
+    def front(self, file: str | PathLike[str], number: int = 1, *, x: str = "", y: str = "") -> None:
+        """Write the Pareto front of a request as a page of HTML that stands alone.
+
+        Parameters
+        ----------
+        file : path
+        number : int
+            Number of a request that ranks by two criteria or more.
+        x, y : str
+            Two of them; default: the first two.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no front, a name is none of its criteria, or the file cannot be written.
+        """
+        from .front import page
+
+        cell = self[number]
+        criteria = cell.request.rank_by
+        answers = [*zip(cell.records, cell.answers, strict=True)]
+        _write(file, page(criteria if isinstance(criteria, tuple) else (), answers, x, y))
 
     def answers(self) -> pd.DataFrame:
         """Return a row an answer: number of the request, place, code and its columns."""
@@ -319,3 +337,11 @@ class Study:
                 for k, (code, text) in enumerate(listed)
             ]
         return pd.DataFrame(rows)
+
+
+def _write(file: str | PathLike[str], text: str) -> None:
+    try:
+        with replacing(Path(file)) as part:
+            part.write(text.encode())
+    except OSError as error:
+        raise InvalidRequest(f"cannot write {file}: {error.strerror}") from None

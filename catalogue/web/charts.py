@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
 from ..draw.curves import LAYOUT, Curve, curves
+from ..draw.svg import ticks
 from ..errors import InvalidRequest
 from ..find.candidate import Candidate
 from ..kinematics.types import Floats
@@ -60,7 +59,7 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
     ]
     marks = [
         part
-        for value in ticks(low, high)
+        for value in ticks(low, high, CHART.ticks)
         for at in [f"{foot - up * (value - low):.1f}"]
         for part in (
             element(
@@ -69,7 +68,7 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
             element("text", figure(value), x=CHART.left - 5, y=at, dy="0.35em", text_anchor="end"),
         )
     ]
-    for value in ticks(0.0, float(angle[-1])):
+    for value in ticks(0.0, float(angle[-1]), CHART.ticks):
         at = f"{CHART.left + across * value:.1f}"
         marks.append(element("line", x1=at, x2=at, y1=foot, y2=foot + 4))
         marks.append(element("text", f"{figure(value)}°", x=at, y=foot + 14, text_anchor="middle"))
@@ -86,14 +85,3 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
         viewBox=f"0 0 {CHART.width} {CHART.height}",
         role="img",
     )
-
-
-def ticks(low: float, high: float) -> Iterable[float]:
-    """Return round values from low to high with at most `CHART.ticks` intervals."""
-    if not high > low:
-        return [low]
-    rough = (high - low) / CHART.ticks
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(power * part for part in (1, 2, 2.5, 5, 10) if power * part >= rough * (1 - 1e-9))
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [step * k for k in range(first, last + 1)]

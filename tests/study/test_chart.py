@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, InvalidRequest, Request, StraightLine, Study
 from catalogue.find.answers import record, text_of
+from catalogue.study.chart import LAYOUT
+from catalogue.study.contours import contours
 from catalogue.study.results_file import ResultsFile
 from catalogue.study.task import Done
 
@@ -64,6 +68,72 @@ def test_steps_stand_where_the_series_or_family_changes(study: Study, tmp_path: 
     across = [one for one in steps if one["y1"] == one["y2"]]
     assert len(across) == 3
     assert len(steps) == 4
+
+
+def test_a_contour_runs_where_the_value_is_its_level_and_ends_at_steps() -> None:
+    """The value is column plus two rows: between centres the contour of 4 is the line on which it is 4."""
+    values = {(i, k): i + 2.0 * k for i in range(5) for k in range(4)}
+    ends = contours(values, dict.fromkeys(values, "one"), 4.0)
+    inner = [end for each in ends for end in each if 0 <= end.real <= 4 and 0 <= end.imag <= 3]
+    assert len(inner) > 16
+    assert [end.real + 2 * end.imag for end in inner] == pytest.approx([4.0] * len(inner))
+    parted = contours(values, {place: place[0] > 1 for place in values}, 4.0)
+    assert not [each for each in parted if min(z.real for z in each) < 1.5 < max(z.real for z in each)]
+    assert sum(end.real == 1.5 for each in parted for end in each) >= 2
+    assert contours(values, dict.fromkeys(values, "one"), 19.0) == []
+
+
+def test_a_contour_crosses_cells_of_one_column() -> None:
+    """It is as wide as a cell, where the value between two cells is its level."""
+    ends = contours({(0, 0): 1.0, (0, 1): 2.0}, {(0, 0): "one", (0, 1): "one"}, 1.25)
+    assert sum(abs(one - other) for one, other in ends) == pytest.approx(1.0)
+    assert {round(end.imag, 9) for each in ends for end in each} == {0.25}
+
+
+@pytest.mark.slow
+def test_a_map_draws_contours(answers: list[Candidate], tmp_path: Path) -> None:
+    """Four cells of a kind, of two sizes, part along their middle; the contours stand between."""
+    file = ResultsFile(tmp_path / "x.study")
+    file.add([Request.of(StraightLine(150, d), max_size=s) for d in (0.3, 0.4) for s in SIZES])
+    told = json.loads(text_of(record(answers[0])))
+    sizes = (200.0, 200.0, 300.0, 300.0)
+    file.write([(k, 0, Done((json.dumps({**told, "size": size}),))) for k, size in enumerate(sizes, 1)])
+    text = drawn(Study.open(file.path), tmp_path, value="size", x="deviation", y="max_size")
+    levels = re.findall(r'<path d="M([\d.]+) [^>]*class="level"', text)
+    across = sorted(float(one) for one in levels)
+    assert len(across) == 5  # 200, 220 ... 300 without the first, below which nothing is
+    assert np.diff(across) == pytest.approx(np.full(4, 0.2 * LAYOUT.cell[0]), abs=0.05)
+
+
+@pytest.fixture
+def front(small: Catalogue, tmp_path: Path) -> Study:
+    """Return a study of one request ranked by two criteria."""
+    request = Request.of(StraightLine(150, 0.5), rank_by=["size", "transmission"], refine=False, limit=4)
+    return Study([request], tmp_path / "front.study").run(small, engine="serial")
+
+
+@pytest.mark.slow
+def test_the_front_of_a_request_is_a_curve_with_a_card_a_point(front: Study, tmp_path: Path) -> None:
+    front.front(tmp_path / "front.html")
+    text = (tmp_path / "front.html").read_text("utf-8")
+    guides = front[1].answers
+    names = [f"answer-{k}" for k in range(1, len(guides) + 1)]
+    assert re.findall(r'href="#(answer-\d+)"', text) == re.findall(r'<article id="(answer-\d+)"', text) == names
+    assert all(f"<code>{code}</code>" in text for code in front.answers()["code"])
+    (line,) = re.findall(r'<path d="M([^"]+)" class="front"', text)
+    points = np.array([[float(part) for part in point.split()] for point in line.split("L")])
+    assert len(points) == sum(one.front == 1 for one in guides) > 1
+    assert (np.diff(points[:, 0]) >= 0).all()
+    assert (np.diff(points[:, 1]) <= 0).all()  # a larger size has the larger angle, y downwards
+    front.front(tmp_path / "front.html", x="transmission")
+    assert "Size over minimum transmission angle" in (tmp_path / "front.html").read_text("utf-8")
+    with pytest.raises(InvalidRequest, match="none of the criteria"):
+        front.front(tmp_path / "front.html", x="score")
+
+
+def test_a_request_ranked_by_one_number_has_no_front(study: Study, tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match="two criteria or more"):
+        study.front(tmp_path / "front.html")
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue.draw.curves import curves
+from catalogue.draw.svg import ticks
 from catalogue.draw.words import family as described_family
 from catalogue.errors import MissingExtra
 from catalogue.export import export
@@ -20,7 +21,7 @@ from catalogue.find.candidate import Candidate
 from catalogue.markup import NOTHING
 from catalogue.web import guides
 from catalogue.web.cards import Number, card, coordinate, figure, numbers
-from catalogue.web.charts import CHART, charts, ticks
+from catalogue.web.charts import CHART, charts
 from catalogue.web.guides import best
 from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
@@ -105,7 +106,7 @@ def number(text: str | None) -> float:
 def test_ticks_are_round_and_within_their_range(low: float, extent: float) -> None:
     extent = max(extent, 1e-3 * abs(low))
     high = low + extent
-    found = [*ticks(low, high)]
+    found = ticks(low, high, CHART.ticks)
     assert 2 <= len(found) <= CHART.ticks + 1
     step = found[1] - found[0]
     assert np.diff(found) == pytest.approx(step, rel=1e-6)
