@@ -184,13 +184,15 @@ class Search:
     def _from_known(self, known: CandidateBatch) -> str:
         """Refine the best answers to a tighter problem, and a few stored starts.
 
-        Return why the search ends: the list is full, and its best is within the gap.
+        A full list ends the search, after hops from its best where that is beyond the gap: broad
+        phases were run for tighter problems.  Return why it ends.
         """
         best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
         beside = self._gathered(self.starts.short, self.budget.beside)
         self._take(best if beside is None else join(best, beside), self.budget.known_followed)
-        full = self._worth_something.sum() >= self.problem.limit
-        return "good enough" if full and self._in_gap else ""
+        if self._worth_something.sum() < self.problem.limit:
+            return ""
+        return self._enough_for_all or next(filter(None, self._hops()), "found")
 
     def _hops(self) -> Iterator[str]:
         """Refine perturbed copies of the best until that is in vain."""

@@ -79,6 +79,32 @@ def test_a_further_phase_never_loses_the_best(small: Catalogue, rank_by: str) ->
 
 
 @pytest.mark.slow
+def test_a_full_list_from_a_tighter_problem_is_hopped_from_and_only_improves(
+    small: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Broad phases are left to the tighter problem; with too short a list they are run."""
+    wanted: dict[str, Any] = {"families": ["four-bar"], "min_transmission": 40}
+    weights = {"size": 1.0, "transmission": 1.0}
+    tight = Search(asked(LINE, weights, **wanted), small.database).run()
+    assert tight.found is not None
+    good = tight.found[np.flatnonzero(np.isfinite(tight.cost))]
+    gathered: list[int] = []
+    broad = Starts.broad
+
+    def counted(starts: Starts, number: int, *rest: Any) -> Any:
+        gathered.append(number)
+        return broad(starts, number, *rest)
+
+    monkeypatch.setattr(Starts, "broad", counted)
+    looser = asked(replace(LINE, deviation=2e-3), weights, **wanted)
+    done = Search(replace(looser, limit=6), small.database, given=good, warm=True).run()
+    assert (done.status, gathered) == ("no gain", [])
+    assert done._least <= cost(looser, good).min()
+    Search(replace(looser, limit=60), small.database, given=good[:1], warm=True).run()
+    assert gathered
+
+
+@pytest.mark.slow
 def test_without_constraints_a_search_goes_on_while_the_best_is_no_limit(small: Catalogue) -> None:
     """The first phase ends at a size of 1.247 strokes, later ones at 1.214; no guide is smaller than its stroke."""
     problem = asked(StraightLine(1, 1 / 3000), "size", families=["four-bar"])
