@@ -28,6 +28,7 @@ NOT_RUN = {
     "datasette": "a server, of another package",
     "duckdb": "of another package",
     "catalogue build": "minutes; tests/populate builds",
+    "catalogue study atlas.toml": "two minutes; four requests of the same page are run",
     "catalogue atlas": "draws all plates; `test_build.py` does",
     "catalogue serve": "a server",
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import runpy
 import shutil
@@ -80,6 +81,21 @@ def test_every_option_column_and_public_name_is_told(built: Path) -> None:
     names = (built / "made" / "python.html").read_text("utf-8")
     for name in set(catalogue.__all__) - {"__version__"}:
         assert re.search(rf'id="catalogue\.(\w+\.)*{name}"', names), name
+
+
+def test_the_notebook_has_the_code_of_its_page(built: Path) -> None:
+    page = (SOURCES / "how-to" / "study.md").read_text("utf-8")
+    (file,) = built.rglob("study.ipynb")
+    cells = json.loads(file.read_text("utf-8"))["cells"]
+    code = [one["source"] for one in cells if one["cell_type"] == "code"]
+    python = [one for one in code if not one.startswith(("!", "%%"))]
+    assert python == [one.strip() for one in re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)]
+    for one in python:
+        compile(one, "cell", "exec")
+    assert "!catalogue study chart.toml --engine processes:2 --table chart.csv" in code
+    assert any(one.startswith("%%writefile chart.toml\nstroke") for one in code)
+    assert not [one for one in cells if one["cell_type"] == "markdown" and "```" in one["source"]]
+    assert (built / "_static" / "atlas.html").exists()
 
 
 def test_pages_ask_no_other_host(built: Path) -> None:

@@ -29,6 +29,7 @@ from catalogue.store.schema import described
 
 from . import pictures
 from .markdown import cell, plain, table
+from .notebook import notebook
 from .reference import columns, python
 
 
@@ -46,6 +47,7 @@ def write(folder: Path) -> None:
         "plugin.md": python("catalogue.plugin", "Python: what a plugin imports", catalogue.__all__),
         "series.md": index(every),
         "my_x0.py": example(),
+        "study.ipynb": notebook((folder.parent / "how-to" / "study.md").read_text("utf-8")),
         **{f"series/{file_name(code)}.md": page(one, every, members) for code, one in every.items()},
     }
     (folder / "series").mkdir(parents=True, exist_ok=True)
