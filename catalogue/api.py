@@ -161,6 +161,41 @@ class Catalogue:
         )
         return find(self, asked, starts)
 
+    def find_many(self, requests: Iterable[Request]) -> list[Found]:
+        """Answer several requests, each from the answers to tighter ones among them.
+
+        That is quicker than a `find` for each, and hardly ever is a looser request answered worse
+        than a tighter one.  For results in a file, on several cores or machines, see
+        `catalogue.Study`.
+
+        Parameters
+        ----------
+        requests : iterable of Request
+            In any order; equal ones are answered once.
+
+        Returns
+        -------
+        list of Found
+            The answers to each, in the order given.
+
+        Raises
+        ------
+        InvalidRequest
+            One is no `Request`, or names what the database does not have.
+
+        Examples
+        --------
+        >>> import catalogue
+        >>> cat = catalogue.open()
+        >>> paths = [catalogue.StraightLine(150, deviation) for deviation in (0.5, 0.1)]
+        >>> loose, tight = cat.find_many([catalogue.Request(path, limit=3) for path in paths])
+        >>> loose.request.path.deviation, len(loose), len(tight)
+        (0.5, 3, 3)
+        """
+        from .find.many import find_many
+
+        return find_many(self, [*requests])
+
     def find_dwells(
         self, request: StandStill, *, limit: int = ANSWERS, effort: int = 1, **constraints: Unpack[DwellArguments]
     ) -> DwellResults:

@@ -134,7 +134,7 @@ class Region:
 
 
 def zones(name: str, given: Any) -> tuple[Region, ...]:
-    """Parse one region or a sequence of regions."""
+    """Parse one region or a sequence of regions, in any order: they are sorted."""
     if isinstance(given, Region):
         return (given,)
     found = listed(given)
@@ -142,7 +142,7 @@ def zones(name: str, given: Any) -> tuple[Region, ...]:
         raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
     if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers
         found = [found]
-    return tuple(Region.of(name, z) for z in found)
+    return tuple(sorted((Region.of(name, z) for z in found), key=lambda zone: zone._content))
 
 
 #: A box (x0, y0, x1, y1), sides possibly infinite, or the corners of a polygon.

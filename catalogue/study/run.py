@@ -23,9 +23,10 @@ import numpy as np
 
 from ..engines import Engine
 from ..errors import PluginError, WorkerKilled
+from ..find.many import WARM
+from ..problem.order import Order, takes_starts
 from ..problem.problem import Request
 from . import task
-from .order import Order, takes_starts
 from .results_file import ResultsFile
 from .task import Done
 
@@ -35,8 +36,6 @@ class StudyOptions(NamedTuple):
 
     pause: float = 0.5  #: time between two writes of results [s]: this much work is lost by a kill
     ahead: int = 3  #: tasks that wait for each worker
-    neighbours: int = 3  #: requests whose answers are starts
-    each: int = 3  #: answers of each of them but the first
     #: most rounds that go back: a better start may lead to an answer that is better elsewhere too
     back: int = 4
     #: Difference of costs that counts: above the rounding of a guide that is laid and measured
@@ -125,8 +124,8 @@ class Run:
     def _warm(self, number: int) -> Starts:
         """Return the answers to the nearest tighter requests, as starts."""
         starts: list[str] = []
-        for place, near in enumerate(self.nearest[number][: STUDY.neighbours]):
-            starts += self._kept(near, 0, None if not place else STUDY.each)
+        for place, near in enumerate(self.nearest[number][: WARM.neighbours]):
+            starts += self._kept(near, 0, None if not place else WARM.each)
         return list(dict.fromkeys(starts)), bool(starts)
 
     def _again(self) -> None:
@@ -140,7 +139,7 @@ class Run:
         wanted = [number for number in self.numbers if number in near]
 
         def starts(number: int) -> Starts:
-            return [text for one in near[number][: STUDY.neighbours] for text in self._kept(one, 0, STUDY.each)], False
+            return [text for one in near[number][: WARM.neighbours] for text in self._kept(one, 0, WARM.each)], False
 
         self._round(1, wanted, starts)
 

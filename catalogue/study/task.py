@@ -24,10 +24,10 @@ from ..find.codes import code_of
 from ..find.find import find
 from ..find.starts import start_batch
 from ..folders import replacing, user_folder
+from ..problem.order import takes_starts
 from ..problem.problem import Request
 from ..store import Database
 from ..store.digest import content_digest
-from .order import takes_starts
 
 _OPEN: list[Catalogue] = []
 

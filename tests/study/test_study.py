@@ -20,10 +20,11 @@ from alembic.runtime.migration import MigrationContext
 
 import catalogue
 from catalogue import Catalogue, DatabaseError, InvalidRequest, Request, StraightLine, Study
+from catalogue.find.codes import code_of
+from catalogue.problem.order import Order
 from catalogue.study import run as running
 from catalogue.study import task
 from catalogue.study.models import Base
-from catalogue.study.order import Order
 from catalogue.study.results_file import ResultsFile
 from catalogue.study.task import Done
 
@@ -67,6 +68,23 @@ def test_no_cell_is_worse_than_the_answer_to_a_tighter_one(chart: Study) -> None
                 own, its = (task.costs(text, [one.records[0]])[0] for one in (looser, cells[int(other) + 1]))
                 assert own <= its + running.STUDY.worse
     assert pairs >= 7
+
+
+@pytest.mark.slow
+def test_several_requests_are_answered_as_in_the_first_round_of_a_study(chart: Study, small: Catalogue) -> None:
+    """In the order given, and equal ones once."""
+    wanted = requests()[::-1]
+    found = small.find_many([*wanted, wanted[0]])
+    assert found[-1] is found[0]
+    assert [one.request for one in found[:-1]] == wanted
+    file = ResultsFile(chart.path)
+    first = file.records(dict.fromkeys(file.of_round(0), 0))
+    assert [[one.code for one in answers] for answers in found[-2::-1]] == [
+        [code_of(text) for text in first[number]] for number in range(1, len(chart) + 1)
+    ]
+    path: Any = StraightLine(150, 0.1)
+    with pytest.raises(InvalidRequest, match="wants Request objects, not StraightLine"):
+        small.find_many([path])
 
 
 @pytest.mark.slow

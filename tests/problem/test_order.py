@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from catalogue import CircularArc, Request, StraightLine
-from catalogue.study.order import Order
+from catalogue.problem.order import Order
 
 LINE = StraightLine(150, 0.05)
 KEYWORDS = st.fixed_dictionaries(

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kinematics.types import Array, Floats
-from ..problem.bounds import BOUNDS
-from ..problem.constraints import PRESCRIBED, REGIONS, Constraints
-from ..problem.problem import Request
+from .bounds import BOUNDS
+from .constraints import PRESCRIBED, REGIONS, Constraints
+from .problem import Request
 
 #: Upper bounds: larger is looser.
 _UPPER = tuple(name for name, row in BOUNDS.items() if row.upper)
@@ -27,8 +27,6 @@ _LOWER = (*(name for name, row in BOUNDS.items() if not row.upper), "order")
 _SWITCHES = ("pins_only", "full_rotation")
 _SORTS = ("families", "series", "configurations")
 _COMPARED = (*_UPPER, *_LOWER, *_SWITCHES, *_SORTS, *REGIONS, "keep_out")
-#: Deviation of the path of a group, over its extent: any that is permitted.
-_ANY_DEVIATION = 1e-3
 
 
 @dataclass(frozen=True)
@@ -90,10 +88,10 @@ class Order:
 
 
 def _group(request: Request) -> Request:
-    """Return a request without all bounds that are compared."""
+    """Return a request without all bounds that are compared, and with any deviation permitted."""
     wanted = request.constraints
     loose = {name: getattr(Constraints, name) for name in _COMPARED if not _is_polygon(wanted, name)}
-    path = replace(request.path, deviation=_ANY_DEVIATION * request.path.extent)
+    path = replace(request.path, deviation=1e-3 * request.path.extent)
     return replace(request, path=path, constraints=replace(wanted, **loose))
 
 

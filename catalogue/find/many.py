@@ -1,0 +1,42 @@
+"""Answer several requests in one process, each from the answers to tighter ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..errors import InvalidRequest, quoted
+from ..problem.order import Order, takes_starts
+from ..problem.problem import Request
+from .find import find
+from .results import Found
+
+if TYPE_CHECKING:
+    from ..api import Catalogue
+
+
+class WarmStarts(NamedTuple):
+    """Answers to tighter requests that are starts."""
+
+    neighbours: int = 3  #: nearest tighter requests whose answers are taken
+    each: int = 3  #: answers of each of them but the first, of which all are
+
+
+WARM = WarmStarts()
+
+
+def find_many(catalogue: Catalogue, requests: Sequence[Request]) -> list[Found]:
+    """Answer requests, tighter ones first; see `catalogue.Catalogue.find_many`.
+
+    These are the answers of the first round of a study.
+    """
+    if wrong := [one for one in requests if not isinstance(one, Request)]:
+        raise InvalidRequest(f"find_many wants Request objects, not {quoted(wrong[0])}")
+    asked = [*dict.fromkeys(requests)]
+    found: dict[Request, Found] = {}
+    for index, _, nearest in Order.of(asked).tighter():
+        request = asked[index]
+        near = [found[asked[i]] for i in nearest[: WARM.neighbours]] if takes_starts(request) else []
+        starts = [one for place, each in enumerate(near) for one in each[: WARM.each if place else None]]
+        found[request] = find(catalogue, request, tuple(starts), warm=bool(starts))
+    return [found[request] for request in requests]
