@@ -28,8 +28,8 @@ from measuring import arguments, table, title
 import catalogue
 from catalogue import Catalogue, Request, Study
 from catalogue.find.answers import record, text_of
+from catalogue.problem.order import Order
 from catalogue.study import task
-from catalogue.study.order import Order
 
 Array = np.ndarray[Any, Any]
 BASE: dict[str, Any] = {"stroke": 150, "unit": "mm", "fixed_pivots_in": [-150, -100, 250, 100]}
