@@ -204,10 +204,15 @@ def answers(once: Callable[..., Path]) -> Callable[[tuple[Any, ...], Callable[[]
 BRIEF = Budget(per_kind=25, raced=60, leaders=8, tried=12, kept=8, farther=3, hops=2, hopped=15, landed=5)
 
 
-@pytest.fixture
-def brief(monkeypatch: pytest.MonkeyPatch) -> None:
+def _briefly() -> Iterator[None]:
     """Let searches in this process take a third of their time; their answers meet what was asked as all do."""
-    monkeypatch.setattr(Search, "__init__", partialmethod(Search.__init__, budget=BRIEF))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Search, "__init__", partialmethod(Search.__init__, budget=BRIEF))
+        yield
+
+
+brief = pytest.fixture(name="brief")(_briefly)
+brief_module = pytest.fixture(scope="module", name="brief_module")(_briefly)
 
 
 @pytest.fixture

@@ -67,8 +67,9 @@ class Region:
 
     def carried(self, scale: complex, shift: complex) -> Region:
         """Transform the region by z -> scale z + shift; sides at infinity stay at `FAR`."""
-        far = np.where(np.isinf(self.corners), np.sign(self.corners) * FAR / abs(scale), self.corners)
-        z = scale * (far[:, 0] + 1j * far[:, 1]) + shift
+        size = abs(scale)
+        scaled = np.where(np.isinf(self.corners), np.sign(self.corners) * FAR, size * self.corners)
+        z = scale / size * (scaled[:, 0] + 1j * scaled[:, 1]) + shift
         corners = np.stack([z.real, z.imag], axis=-1)
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)

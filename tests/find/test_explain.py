@@ -166,10 +166,10 @@ def test_what_the_catalogue_does_not_hold_is_said(ask: Ask, request_: Any, wante
 
 
 @pytest.mark.slow
-def test_steps_take_time_and_do_not_overlap(ask: Ask) -> None:
+def test_steps_take_time_and_do_not_overlap(small: Catalogue) -> None:
     """Of a Pareto search, which runs one search for each criterion, all are counted, none twice."""
     start = time.perf_counter()
-    found = ask(LINE, rank_by=["size", "balance"], limit=3, families=["four-bar"])
+    found = small.find(LINE, rank_by=["size", "balance"], limit=3, families=["four-bar"])
     whole = time.perf_counter() - start
     assert found.explanation is not None
     seconds = found.explanation.report.seconds

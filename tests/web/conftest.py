@@ -27,9 +27,9 @@ TOKEN = "a token of these tests"
 STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")
 
 
-@pytest.fixture(autouse=True)
-def _brief(brief: None) -> None:
-    """Search briefly: what the page makes of answers is tested here."""
+@pytest.fixture(scope="module", autouse=True)
+def _brief(brief_module: None) -> None:
+    """Search briefly, for fixtures too: what the page makes of answers is tested here."""
 
 
 @pytest.fixture(scope="session")
