@@ -211,6 +211,12 @@ def _briefly() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def in_full(monkeypatch: pytest.MonkeyPatch, *, begin: Callable[..., None] = Search.__init__) -> None:
+    """Search in full, where a module searches briefly."""
+    monkeypatch.setattr(Search, "__init__", begin)
+
+
 brief = pytest.fixture(name="brief")(_briefly)
 brief_module = pytest.fixture(scope="module", name="brief_module")(_briefly)
 

@@ -210,7 +210,7 @@ def run() -> int:
     """Run the command in `sys.argv`; print warnings as lines on standard error."""
     warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
     try:
-        if "_CATALOGUE_COMPLETE" in os.environ:
+        if os.environ.get("_CATALOGUE_COMPLETE"):
             app.main(prog_name="catalogue")  # of shell completion; it ends the process
         # `app.main` would print an empty line on Ctrl-C.
         with app.make_context("catalogue", sys.argv[1:]) as context:

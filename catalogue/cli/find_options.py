@@ -159,7 +159,6 @@ IMPROVE = tuple(
         "keep_out",
         "play",
         "rank_by",
-        "effort",
         "plot",
         "unit",
         "format",

@@ -15,7 +15,7 @@ from .completion import references
 from .find import COLUMNS, request_from, to_keywords
 from .find_options import ANGLE, IMPROVE, PLACE, RADIUS, STROKE
 from .measure import print_chains
-from .options import Argument, is_given, option, several, switch
+from .options import EFFORT, Argument, is_given, option, several, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
 from .units import in_output_unit, length, with_unit
@@ -63,6 +63,7 @@ SPARE = ("family", "series", "links")
         option("--save", "FILE", "Save the answers to a file for later commands.", OUTPUT),
         FORCE,
         *IMPROVE,
+        EFFORT,
     ],
 )
 def improve(

@@ -284,11 +284,14 @@ class Explanation:
         return Search(looser, self.database, enough=1).answers_near(one)
 
     def _is_found(self, bounds: dict[str, Any]) -> bool:
-        """Return whether the search finds an answer under these bounds by itself."""
-        looser = self._looser(bounds)
-        if looser.constraints.given:
+        """Return whether a search under these bounds has an answer, as the user will run it."""
+        from .find import searched
+
+        looser = replace(self._looser(bounds), effort=0)  # it ends with what a longer one begins with
+        if looser.constraints.given:  # it was searched in full
             return True
-        return Search(looser.sought(), self.database, enough=1).run().status != "exhausted"
+        how: dict[str, Any] = {"refine": True, "cognates": False, "round_to": None, "given": None}
+        return searched(self.database, looser, SearchReport(), **how) is not None
 
     def _looser(self, bounds: dict[str, Any]) -> Problem:
         """Return the problem of one answer under other bounds."""

@@ -126,7 +126,8 @@ def searched(
         Whether the further starts are answers to a tighter problem: the search ends early then
         where they are good enough.
     """
-    within, mirrors, sought = problem.tightened(), problem.mirrors, problem.sought()
+    within, mirrors = problem.tightened(), problem.mirrors
+    sought = within.mirrored(*mirrors) if any(mirrors) else within
     starts = mirror_image(sought, given, *mirrors) if given is not None and any(mirrors) else given
     every = []
     for name in problem.ranking.front or (None,):

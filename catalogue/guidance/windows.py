@@ -174,7 +174,9 @@ class Search:
         order = np.lexsort((at.low, at.circuit))
         low, off, of = at.low[order], np.nan_to_num(at.deviation[order], nan=np.inf), at.circuit[order]
         near = (np.diff(of) == 0) & (np.diff(low) < WINDOW.apart * (at.high - at.low)[order][1:])
-        worse = np.append(False, near & (off[1:] >= off[:-1])) | np.append(near & (off[:-1] > off[1:]), False)
+        worse = np.zeros(len(off), bool)
+        worse[1:] |= near & (off[1:] >= off[:-1])
+        worse[:-1] |= near & (off[:-1] > off[1:])
         return np.sort(order[~worse])
 
     def measured(self, at: Stretches, nodes: int = WINDOW.nodes, *, along: bool = False) -> Stretches:

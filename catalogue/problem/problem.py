@@ -345,11 +345,6 @@ class Problem:
         """Return the problem with the tolerance of the search, slightly below the requested one."""
         return replace(self, path=replace(self.path, deviation=self.deviation * SEARCH_TOLERANCE))
 
-    def sought(self) -> Problem:
-        """Return the problem as it is searched: tightened, and in one of its mirror images."""
-        within = self.tightened()
-        return within.mirrored(*self.mirrors) if any(self.mirrors) else within
-
     @property
     def deviation(self) -> float:
         """Largest permitted deviation [strokes]."""

@@ -85,7 +85,7 @@ RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > des
 TO_ONE = ("transmission", "uniformity")
 #: Costs that hardly any guide undercuts: a score of 95; a hundredth above the limit of a measure,
 #: as no guide is smaller than its stroke.
-GOOD = {"score": 0.05, "size": 1.01, "balance": 0.05, "transmission": 0.01, "uniformity": 0.01, "travel": 0.01}
+GOOD = {"score": 0.05, "size": 1.01, "balance": 0.05, "transmission": 0.01, "uniformity": 0.01}
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:

@@ -292,7 +292,8 @@ class Search:
         So no tolerance is denied that a search for the least deviation reaches.
         """
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
-        least = Search(by_deviation(self.problem), self.database, self.report, **how)
+        problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
+        least = Search(problem, self.database, self.report, **how)
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
         found = self._meeting(least.found)

@@ -73,7 +73,7 @@ def least(rows: list[Stretch]) -> float:
 @every_family
 @pytest.mark.parametrize("limit", [1, 4])
 def test_the_two_questions_do_not_contradict_each_other(family: str, limit: int) -> None:
-    pairs = drawn(family, 66)[:12]
+    pairs = drawn(family, 66)
     strokes = np.array([stroke for _, stroke in pairs])
     rows = asked([one for one, _ in pairs], strokes, limit, stroke=1.0)
     told = np.array([min((deviation for _, deviation in each), default=math.inf) for each in rows])
@@ -84,12 +84,13 @@ def test_the_two_questions_do_not_contradict_each_other(family: str, limit: int)
     again = asked([pairs[i][0] for i in longest], np.array([s for s, _ in longest.values()]), limit, stroke=1.0)
     for each, (_, deviation) in zip(again, longest.values(), strict=True):
         assert min((other for _, other in each), default=math.inf) <= (1 + CLOSE) * deviation
-    assert len(longest) > 4
+    assert len(longest) > 66 / 3
 
 
 @every_family
 def test_no_window_of_dense_samples_is_straighter(naive: SimpleNamespace, family: str) -> None:
-    pairs = drawn(family, 66)[:12]
+    """A four-bar of the second draw has two windows a four-hundredth apart, of which the straighter was dropped."""
+    pairs = [*drawn(family, 66), *drawn(family, 12)]
     rows = asked([one for one, _ in pairs], np.array([stroke for _, stroke in pairs]), 1, stroke=1.0)
     for (one, stroke), found in zip(pairs, rows, strict=True):
         if not found and "too short" in str(measure(one, stroke=stroke, limit=1).explanation):
@@ -185,10 +186,10 @@ def test_one_best_window_of_many_is_that_of_each_alone() -> None:
 @pytest.mark.parametrize("question", [{"stroke": 1.0}, {"deviation": 0.01}], ids=str)
 def test_a_mirror_image_has_all_stretches_of_its_linkage(family: str, question: dict[str, float]) -> None:
     """Not the best alone: those at the limit of the turn, and what is found of a flat valley."""
-    pairs = drawn(family, 6)
+    pairs = drawn(family, 17)
     every = [scaled(one, 1 / stroke) for one, stroke in pairs]
     images = [guide(Linkage(np.array([one.pivots]) * [1, -1, 1]), (one.guided[0], -one.guided[1])) for one in every]
-    found, seen = (asked(some, np.ones(6), 4, **question) for some in (every, images))
+    found, seen = (asked(some, np.ones(17), 4, **question) for some in (every, images))
     assert any(len(each) > 1 for each in found)
     for one, other in zip(found, seen, strict=True):
         assert len(one) == len(other)

@@ -118,10 +118,10 @@ def test_without_constraints_a_search_goes_on_while_the_best_is_no_limit(small: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [160.0, 165.1, 175.0])
-def test_a_tolerance_that_few_guides_keep_is_answered(small: Catalogue, size: float) -> None:
+@pytest.mark.parametrize(("size", "effort"), [(160.0, 1), (165.1, 0), (175.0, 1)])
+def test_a_tolerance_that_few_guides_keep_is_answered(small: Catalogue, size: float, effort: int) -> None:
     """Their links are shorter than a tenth of the stroke, and refinement from elsewhere ends at 1.5 tolerances."""
-    assert small.find(StraightLine(150, 0.05), families=["four-bar"], max_size=size, limit=1)
+    assert small.find(StraightLine(150, 0.05), families=["four-bar"], max_size=size, limit=1, effort=effort)
 
 
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue) -> None:

@@ -94,6 +94,7 @@ def test_a_card_of_each_kind_comes_first(page: TestClient) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("in_full")
 def test_an_empty_answer_offers_links_that_give_one(page: TestClient) -> None:
     wish = {**WISH, "deviation": "0.05", "max_size": "120", "family": "four-bar", "limit": "2"}
     got = page.get("/answers", params={**wish, "stage": "refined"})
@@ -101,7 +102,7 @@ def test_an_empty_answer_offers_links_that_give_one(page: TestClient) -> None:
     assert "No guide found" in got.text
     links = [unescape(link) for link in re.findall(r'<li><a href="/\?([^"]+)"', got.text)]
     assert links
-    assert "max size" in got.text.lower()
+    assert "max size 1" in got.text.lower()
     assert "stage" not in links[0]
     again = page.get(f"/answers?{links[0]}&stage=refined")
     assert codes(again.text), again.text
