@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_BEHIND = {"__pycache__", "build", "dist", "made", "PKG-INFO"}  # by tools; git ignores them
-OWN_DOT_ENTRIES = {".ci", ".gitignore", ".pre-commit-config.yaml"}
+OWN_DOT_ENTRIES = {".ci", ".conda", ".gitignore", ".news", ".pre-commit-config.yaml"}
 
 
 def _tracked() -> list[str]:

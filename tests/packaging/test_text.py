@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path, PurePosixPath
 
@@ -115,6 +118,30 @@ def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
     promised = {line.replace(">=", "==") for line in named}
     oldest = (root / "tests" / "packaging" / "oldest.txt").read_text("utf-8").split("# what the oldest")[0]
     assert {line for line in oldest.splitlines() if not line.startswith("#")} == promised
+
+
+def test_conda_recipe_states_the_version_and_requirements_of_the_project(root: Path) -> None:
+    recipe = (root / ".conda" / "recipe.yaml").read_text("utf-8")
+    assert f'\n  version: "{__version__}"\n' in recipe
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    promised = {f"python{project['requires-python']}", *project["dependencies"]}
+    run = re.search(r"\n  run:\n((?:    - .+\n)+)", recipe)
+    assert run
+    assert {line.replace(" ", "") for line in re.findall(r"- (.+)", run[1])} == promised
+
+
+def test_news_fragments_become_a_section_of_the_changelog(root: Path, tmp_path: Path) -> None:
+    shutil.copytree(root / ".news", tmp_path / ".news")
+    for name in ("pyproject.toml", "CHANGELOG.md"):
+        shutil.copy(root / name, tmp_path / name)
+    (tmp_path / ".news" / "+a.added.md").write_text("`--b` is new.\n", "utf-8")
+    command = [sys.executable, "-m", "towncrier", "build", "--yes", "--version", "9.9.9", "--date", "2030-01-02"]
+    subprocess.run(command, cwd=tmp_path, capture_output=True, check=True)
+    _, section, *_ = re.split(r"^## ", (tmp_path / "CHANGELOG.md").read_text("utf-8"), flags=re.M)
+    assert section.startswith("[9.9.9] - 2030-01-02\n\n### Added\n\n- ")
+    assert "- `--b` is new.\n" in section
+    # a fragment of an unknown kind is left behind
+    assert [path.name for path in (tmp_path / ".news").iterdir()] == ["README.md"]
 
 
 def test_the_install_line_brings_what_the_next_commands_need(root: Path) -> None:
