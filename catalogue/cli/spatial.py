@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest, quoted
+from ..folders import folder
 from ..progress import busy
 from ..units import decimal
 from .options import Argument, number, option, several, switch
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from ..spatial.jointed.job import Job
     from ..spatial.jointed.motion import Motion
 
+#: Files that need hard points alone.
+TEMPLATES = folder("data") / "spatial" / "templates"
 #: Part of the largest number of a column below which one is shown as 0.
 ROUNDING = 1e-12
 #: Values of a drive at most.
@@ -29,9 +32,15 @@ MOST_STEPS = 1_000_000
 
 FILE = Argument(
     "file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives; or a template: "
-    "double-wishbone, mcpherson, five-link, trailing-arm.",
+    f"{', '.join(sorted(file.stem for file in TEMPLATES.glob('*.toml')))}.",
 )  # fmt: skip
-POINTS = option("--points", "FILE", "Hard points by name from CSV: a name and x, y, z in each row.")
+POINTS = option(
+    "--points",
+    "FILE",
+    "Hard points by name from CSV: a name and x, y, z in each row; rows such as axes,SAE and "
+    "wheelbase,2700 say the axes, the side and the vehicle.",
+)
+BOTH = switch("--both", "Mirror the wheel at the middle plane: both wheels of the axle.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
 DRIVES = several(
     "--drive", "NAME[=VALUES]", "What drives, by its name in the file; with values FROM:TO:STEPS or V,V,... "
@@ -48,12 +57,13 @@ class _WithColumns(click.Command):
     """A command with the columns of a wheel in its help."""
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's
-        from ..spatial.jointed.columns import AXLE, WHEEL, heading
+        from ..spatial.jointed.columns import GROUPS, REMARK, heading
 
-        with formatter.section("Columns of a wheel"):
-            formatter.write_dl([(heading(name, "length"), meaning) for name, (_, meaning) in WHEEL.items()])
-        with formatter.section("Columns of an axle with two wheels"):
-            formatter.write_dl([(heading(name, "length", AXLE), meaning) for name, (_, meaning) in AXLE.items()])
+        for title, group in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(heading(k, "length", group), m) for k, (_, m) in group.items()])
+        formatter.write_paragraph()
+        formatter.write_text(REMARK)
 
 
 @click.command(
@@ -61,6 +71,7 @@ class _WithColumns(click.Command):
     params=[
         FILE,
         POINTS,
+        BOTH,
         DRIVES,
         number("--from", "VALUE", "Where the drive begins, from the design pose [unit of the file, or degrees]."),
         number("--to", "VALUE", "Where it ends; without both the whole circuit."),
@@ -81,8 +92,6 @@ class _WithColumns(click.Command):
     ],
 )
 def sweep(
-    file: str,
-    points: str | None,
     drive: Sequence[str],
     steps: int,
     path: bool,
@@ -105,7 +114,7 @@ def sweep(
     from ..spatial import load
 
     with busy("moving it"):
-        job = load(file, points)
+        job = load(more["file"], more["points"], more["both"])
         motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
         whole = job.table(motion) if sensitivity is None else job.sensitivities(motion, sensitivity)
         unknown, keys = _unknown(whole), len(motion.drives)
@@ -117,7 +126,7 @@ def sweep(
         motion.plot_curves(
             whole.drop(columns=[n for n in whole if str(n).startswith("screw axis") and not columns]), plot_curves
         )
-    lines = [told, *_left_over(job), *(line for named, line in unknown if named & set(whole))]
+    lines = [told, *job.remarks(), *(line for named, line in unknown if named & set(whole))]
     lines = [line for line in lines if line]
     if report:
         from ..spatial.jointed.report import report as write_report
@@ -127,11 +136,6 @@ def sweep(
     for line in lines:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
-
-
-def _left_over(job: Job) -> list[str]:
-    """Return which hard points nothing refers to."""
-    return [f"hard points that nothing refers to: {', '.join(job.unused)}"] * bool(job.unused)
 
 
 def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
@@ -225,6 +229,7 @@ def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) 
     params=[
         FILE,
         POINTS,
+        BOTH,
         DRIVE,
         number("--at", "VALUE", "Value of the drive [unit of the file, or degrees].", default=0.0),
         HOLD,
@@ -237,6 +242,7 @@ def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) 
 def assemblies(
     file: str,
     points: str | None,
+    both: bool,
     drive: str,
     at: float,
     hold: Sequence[str],
@@ -255,7 +261,7 @@ def assemblies(
     from ..spatial import load
 
     with busy("putting it together"):
-        job = load(file, points)
+        job = load(file, points, both)
         scalar, held = job.driven(drive, hold)
         angular = job.mechanism.system(*held, scalar).scalars[-1].angular
         value = float(np.radians(at)) if angular else at
@@ -263,7 +269,7 @@ def assemblies(
         table = job.table(found.motion)
     table.insert(0, "hits", found.hits)
     _print(table, format)
-    for line in [*found.remarks(), *_left_over(job)]:
+    for line in [*found.remarks(), *job.remarks()]:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
 
@@ -300,7 +306,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
         for name, table in tables.items():
             if len(table):
                 _show(table, name)
-    for line in [*found.remarks(), *_left_over(job)]:
+    for line in [*found.remarks(), *job.remarks()]:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     if out:
         write(rewritten(job, found), out)

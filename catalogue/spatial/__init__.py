@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from .guided.follow import follow
     from .guided.mechanism import Mechanisms
     from .guided.position import Positions, solve_positions
-    from .jointed.axle import Wheel, anti_dive, kinematics
+    from .jointed.axle import Wheel, kinematics
     from .jointed.circuit import Circuit
     from .jointed.elements import (
         Angle,
@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from .jointed.statics import Load, reactions
     from .jointed.transmission import transmission
     from .jointed.two_wheels import axle
+    from .jointed.vehicle import Vehicle, anti_dive
 
 #: Where the names stand.
 _HOME = {
@@ -103,7 +104,7 @@ _HOME = {
     "guided.follow": "follow",
     "guided.mechanism": "Mechanisms",
     "guided.position": "Positions solve_positions",
-    "jointed.axle": "Wheel anti_dive kinematics",
+    "jointed.axle": "Wheel kinematics",
     "jointed.circuit": "Circuit",
     "jointed.elements": "Angle Coupling Cylindrical Fixed GuideCoordinate Joint KeepAngle Length Link OnGuide "
     "Prismatic Revolute Screw Spherical Sum Travel Universal",
@@ -116,6 +117,7 @@ _HOME = {
     "jointed.statics": "Load reactions",
     "jointed.transmission": "transmission",
     "jointed.two_wheels": "axle",
+    "jointed.vehicle": "Vehicle anti_dive",
 }
 _MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
 
@@ -158,6 +160,7 @@ __all__ = [
     "Target",
     "Travel",
     "Universal",
+    "Vehicle",
     "Wheel",
     "anti_dive",
     "assemblies",

@@ -47,7 +47,7 @@ def test_a_wheel_is_a_circle_about_its_axis_and_its_centre_is_followed() -> None
     job = load(FOLDER / "five_link_axle.toml")
     assert job.wheel is not None
     motion = job.mechanism.sweep(job.drive("travel"), np.linspace(-60, 60, 5), [job.drive("rack")])
-    seen = scene(job.mechanism, motion, job.wheel)
+    seen = scene(job.mechanism, motion, [one.wheel for one in job.wheels])
     n, centre = motion.direction("wheel", job.wheel.outboard()), motion.point("wheel", job.wheel.centre)
     for k, pose in enumerate((2, 0, 4)):
         off = seen.rings[0][k] - centre[pose]
@@ -314,9 +314,9 @@ def test_names_leave_links_bodies_and_the_arms_of_a_cross_free(monkeypatch: pyte
 def test_over_a_grid_a_point_is_followed_along_its_first_drive() -> None:
     job = load(folder("data") / "spatial" / "double_wishbone.toml")
     grid = job.sweep({"travel": [-40, -10, 20], "rack": [-5, 0, 5]}, {}, grid=True)
-    seen = scene(job.mechanism, grid, job.wheel)
+    seen = scene(job.mechanism, grid, [one.wheel for one in job.wheels])
     alone = job.sweep({"travel": [-40, -10, 20]}, {"rack": 0.0})
     assert job.wheel is not None
     np.testing.assert_allclose(seen.paths["wheel centre"], alone.point("wheel", job.wheel.centre), atol=1e-9)
     path = job.sweep({"travel": [-40, -10, 20], "rack": [-5, 0, 5]}, {})
-    assert len(scene(job.mechanism, path, job.wheel).paths["wheel centre"]) == 3
+    assert len(scene(job.mechanism, path, [one.wheel for one in job.wheels]).paths["wheel centre"]) == 3

@@ -117,7 +117,7 @@ def test_assemblies_are_those_at_nought_unless_the_drive_stands_elsewhere() -> N
         ("[", "neither TOML nor JSON"),
         ("[[rope]]", "'rope' means nothing"),
         ("link = 3", "must be tables, each headed"),
-        ("[[link]]\na = 'ground'\n", "missing 3 required"),
+        ("[[link]]\na = 'ground'\n", "link 1 needs from, b, to"),
         ("[[link]]\na = 'ground'\nlenght = 3\n", "'lenght' means nothing; its fields are"),
         ("[[revolute]]\nbody = 'a'\nat = [0, 0, 'x']\naxis = [0, 0, 1]\n", "3 numbers"),
         ("[[revolute]]\nbody = 'a'\nat = [0, 0, 0]\naxis = [0, 0, 1]\n[drive.x]\nkind = 'rope'\n", "needs a kind"),

@@ -91,9 +91,37 @@ def test_the_strut_that_slides_on_a_rod_moves_as_one_on_a_line(tmp_path: Path) -
 def test_axes_that_put_the_ground_above_the_wheel_are_refused(tmp_path: Path) -> None:
     points = tmp_path / "points.csv"
     points.write_text(listed("double-wishbone", AXES["SAE"]))
-    job = load("double-wishbone", points)
     with pytest.raises(InvalidRequest, match="not below the wheel centre in axes ISO 8855: state the axes"):
-        job.table(job.sweep({"travel": [0.0, 1.0]}, {"rack": 0.0}))
+        load("double-wishbone", points)
+
+
+def test_axes_and_side_in_the_list_of_points_are_checked(tmp_path: Path) -> None:
+    """In axes of SAE camber keeps its sign; a left wheel on the right is refused."""
+    plain = load("double-wishbone", _written(tmp_path, "double-wishbone"))
+    assert any("not stated, read as ISO 8855" in line for line in plain.remarks())
+    expected = plain.table(plain.sweep({"travel": [30.0]}, {"rack": 5.0}))
+    points = tmp_path / "points.csv"
+    for axes, signs in AXES.items():
+        points.write_text(f"axes,{axes},,\nside,left\n{listed('double-wishbone', signs)}")
+        job = load("double-wishbone", points)
+        assert not job.remarks()
+        table = job.table(job.sweep({"travel": [30.0]}, {"rack": 5.0}))
+        for name in ("camber [deg]", "toe [deg]", "caster [deg]", "anti-dive [%]"):
+            if name in expected:
+                assert table[name][0] == pytest.approx(expected[name][0], abs=1e-9)
+    points.write_text(f"side,left\n{listed('double-wishbone', AXES['x rearwards'])}")
+    with pytest.raises(InvalidRequest, match="a left wheel is on the other side in axes ISO 8855"):
+        load("double-wishbone", points)
+    points.write_text(f"axes,DIN\n{listed('double-wishbone')}")
+    with pytest.raises(InvalidRequest, match="line 1: axes must be one of 'ISO 8855', 'SAE'"):
+        load("double-wishbone", points)
+    points.write_text(f"axes,SAE\n{listed('double-wishbone')}")
+    own = tmp_path / "own.toml"
+    own.write_text(f'axes = "ISO 8855"\n{Path(plain.file).read_text("utf-8")}')
+    with pytest.raises(InvalidRequest, match="is in axes ISO 8855, its hard points are in SAE"):
+        load(own, points)
+    with pytest.raises(InvalidRequest, match="templates are double-wishbone, five-link"):
+        load("double-wish-bone")
 
 
 @pytest.mark.parametrize(

@@ -133,6 +133,8 @@ def expected(name: str, travel: float, rack: float) -> dict[str, float]:
     ground = v + w * (contact[2] - v[2]) / w[2]
     out["caster"], out["kingpin inclination"] = (np.degrees(np.arctan2(-w[k], w[2])) for k in (0, 1))
     out["scrub radius"], out["trail"] = contact[1] - ground[1], ground[0] - contact[0]
+    hub = v + w * (at[2] - v[2]) / w[2]
+    out["kingpin offset"], out["caster offset"] = at[1] - hub[1], hub[0] - at[0]
     return out
 
 
@@ -159,17 +161,43 @@ def test_columns_are_those_of_an_independent_solver_whatever_drives(name: str) -
     compare(name, columns(motion, WHEEL, RACK, spring), list(zip(heights, turned, strict=True)))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", AXLES)
+def test_columns_over_a_grid_of_travel_and_rack_are_those_of_the_ball_joints(name: str) -> None:
+    mechanism, spring = AXLES[name][:2]
+    motion = mechanism.sweep({TRAVEL: [-75.0, -20, 35, 80], RACK: [-35.0, 0, 15, 30]}, grid=True)
+    table = columns(motion, WHEEL, RACK, spring).reset_index(drop=True)
+    compare(name, table, [(float(z), float(r)) for z, r in motion.values])
+
+
 def test_columns_are_nan_with_the_reason_where_nothing_determines_them() -> None:
     motion = FIVE.sweep(TRAVEL, [0.0, 10.0], [RACK])
     table = columns(motion, WHEEL, RACK)
-    assert table["trail [mm]"].isna().all()
-    assert "say what spring is held" in table.attrs["reasons"]["trail [mm]"]
     assert table["roll centre [mm]"].notna().all()
     table = columns(FIVE.sweep(RACK, [0.0, 10.0], [TRAVEL]), WHEEL)
     assert table["roll centre [mm]"].isna().all()
     assert "cannot move while" in table.attrs["reasons"]["roll centre [mm]"]
-    table = columns(motion, WHEEL, RACK, TRAVEL)  # the height of the wheel may be what is held, if somebody says so
-    assert table["caster [deg]"].notna().all()
+    still = columns(motion, WHEEL, RACK, RACK)
+    assert still["trail [mm]"].isna().all()
+    assert "cannot move while" in still.attrs["reasons"]["trail [mm]"]
+
+
+def test_without_spring_and_arms_the_height_of_the_wheel_is_held() -> None:
+    """The screw between two poses of the rack at one height, by their differences."""
+    h = 1e-3
+    motion = FIVE.sweep({RACK: [-h, 0.0, h]}, hold={TRAVEL: 20.0})
+    table = columns(motion, WHEEL, RACK)
+    turn = motion.rotation("wheel")
+    spin = (turn[2] - turn[0]) / (2 * h) @ turn[1].T
+    w = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
+    w *= np.sign(w[2])
+    assert table["caster [deg]"][1] == pytest.approx(np.degrees(np.arctan2(-w[0], w[2])), abs=1e-6)
+    assert table["kingpin inclination [deg]"][1] == pytest.approx(np.degrees(np.arctan2(-w[1], w[2])), abs=1e-6)
+    toe, camber = table["toe [deg]"].to_numpy(), table["camber [deg]"].to_numpy()
+    slope = (toe[0] - toe[2]) / (2 * h)
+    assert table["steering gradient [deg/mm]"][1] == pytest.approx(slope, abs=1e-7)
+    expected = (camber[2] - camber[0]) / (toe[0] - toe[2])
+    assert table["camber by steering [deg/deg]"][1] == pytest.approx(expected, abs=1e-6)
 
 
 def test_gradients_and_motion_ratios_are_differences_over_travel_whatever_drives() -> None:

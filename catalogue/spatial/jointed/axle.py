@@ -1,20 +1,19 @@
 """What chassis engineers read off the motion of a wheel carrier.
 
-Columns are in vehicle axes of ISO 8855, whatever those of the points: x forward, y to the left, z up; the middle plane
-of the vehicle is y = 0.  Angles in degrees.
+Columns are in vehicle axes of ISO 8855, whatever those of the points: x forward, y to the left,
+z up; the middle plane of the vehicle is y = 0.  Angles in degrees.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from ...errors import InvalidRequest, quoted
-from ...given import Stated, array, instance, number, positive, several
+from ...given import Stated, choice, instance, several
 from ...kinematics.types import Array
 from .columns import heading
 from .elements import Joint, Revolute, Scalar, Spherical, Travel, Vector
@@ -30,9 +29,13 @@ AXES = {
     "SAE": (1.0, -1.0, -1.0),
     "x rearwards": (-1.0, -1.0, 1.0),
 }
-#: Least part of the radius by which a contact point is below its wheel centre: camber and caster hide less.
+#: Sides of the vehicle.
+SIDES = ("left", "right")
+#: Least part of the radius by which a contact point is below its wheel centre: camber and caster
+#: hide less.
 BELOW = 0.9
-#: Largest part of the radius by which the contact point may be off it: hard points are given to a millimetre.
+#: Largest part of the radius by which the contact point may be off it: hard points are given to a
+#: millimetre.
 OFF = 0.02
 
 
@@ -50,9 +53,21 @@ class Wheel(Stated):
     radius : float
         Of the tyre under load; 0 for the distance of `contact` from the centre.
     contact : array-like, shape (3,), optional
-        Where the tyre stands on the ground, in the design pose.  It must be below the centre, at the radius.
+        Where the tyre stands on the ground, in the design pose.  It must be below the centre, at
+        the radius.
     axes : str
         Vehicle axes in which all points are given, a key of `AXES`.
+    side : str, optional
+        ``"left"`` or ``"right"``, which the axes must agree with.
+
+    Raises
+    ------
+    InvalidRequest
+        If axes, side, contact and centre contradict each other, or the radius is not above 0.
+
+    Examples
+    --------
+    >>> Wheel("wheel", (0, 760, 0), (0, 1, 0), contact=(0, 765, -310), side="left")
     """
 
     carrier: str
@@ -61,16 +76,25 @@ class Wheel(Stated):
     radius: float = 0.0
     contact: Vector | None = None
     axes: str = "ISO 8855"
+    side: str = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.axes not in AXES:
             raise InvalidRequest(f"axes must be one of {', '.join(AXES)}, not {quoted(self.axes)}")
+        if self.side:
+            left = choice("side", self.side, SIDES) == "left"
+            if not ((self.beside() > 0) == left).all():
+                raise InvalidRequest(f"a {self.side} wheel is on the other side in axes {self.axes}: state the axes")
 
     @property
     def signs(self) -> Array:
         """Signs (3,) that turn coordinates of `axes` into ISO 8855."""
         return np.array(AXES[self.axes])
+
+    def beside(self) -> Array:
+        """Return the centre's distance to the left of the middle plane, (1,) or (n,)."""
+        return np.asarray(numbers(self.centre, "Wheel.centre")[:, 1] * self.signs[1])
 
     def rolling_radius(self) -> float:
         """Return the radius, checked against the contact point."""
@@ -105,17 +129,19 @@ def kinematics(
         Over any drives: travel, steering, a spring, or several of them.
     wheel : Wheel
     steer : scalar, optional
-        What steers the wheel, such as the Joint of the rack; needs not be in the motion.  It gives caster, kingpin
-        inclination, scrub radius and trail, and is held where travel moves the wheel.
+        What steers the wheel, such as the Joint of the rack; needs not be in the motion.  It gives
+        caster, kingpin inclination, scrub radius and trail, and is held where travel moves the wheel.
     spring : scalar or sequence of scalars
-        What keeps its value while the wheel is steered: the Length of the spring, the Joint of an arm.  Without it the
-        arms on revolute joints that carry the wheel by ball joints stand still.
+        What keeps its value while the wheel is steered: the Length of the spring, the Joint of an
+        arm.  Without it the arms on revolute joints that carry the wheel by ball joints stand
+        still; without those the height of the wheel centre keeps its value.
 
     Returns
     -------
     pandas.DataFrame
-        One row per pose, of a batch indexed by mechanism and pose; `columns.WHEEL` says what each column means and what
-        is held.  A column is NaN where that does not determine it; ``attrs["reasons"]`` says why, by heading.
+        One row per pose, of a batch indexed by mechanism and pose; `columns.WHEEL` defines the
+        columns and what is held.  A column is NaN where that does not determine it;
+        ``attrs["reasons"]`` says why, by heading.
 
     Raises
     ------
@@ -130,18 +156,59 @@ def kinematics(
     with np.errstate(all="ignore"):
         columns = {
             "travel": centre[:, 2] - design[:, 2],
-            "toe": np.degrees(np.arctan2(n[:, 0], side * n[:, 1])),
+            "toe": toe(n, side),
             "camber": np.degrees(-np.arcsin(n[:, 2])),
             "recession": design[:, 0] - centre[:, 0],
             "half track": np.abs(contact[:, 1]),
         }
         travelling, in_travel = _in_travel(motion, wheel, steer, centre, contact, n)
-        steering, in_steering = _in_steering(motion, wheel, steer, springs, centre, contact, side)
+        steering, in_steering = _in_steering(motion, wheel, steer, springs, centre, contact, n)
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
-    unit = motion.mechanism.unit
-    table = framed(motion, {heading(k, unit): v for k, v in (columns | in_travel | in_steering).items()})
-    table.attrs["reasons"] = {heading(k, unit): reason for k, reason in reasons.items() if reason}
+    unit, by = motion.mechanism.unit, unit_of(motion, steer) if steer else ""
+    every = columns | in_travel | in_steering
+    table = framed(motion, {heading(k, unit, steer=by): v for k, v in every.items()})
+    table.attrs["reasons"] = {heading(k, unit, steer=by): why for k, why in reasons.items() if why}
     return table
+
+
+def unit_of(motion: Motion, scalar: Scalar) -> str:
+    """Return the unit in which a scalar is shown: that of length, or degrees."""
+    angular = motion.mechanism.scalar_function(scalar, motion.scalars)[0].angular
+    return "deg" if angular else motion.mechanism.unit
+
+
+def toe(n: Array, side: Array) -> Array:
+    """Compute toe from outward axes (n, 3) and signs (n,) of the sides [deg]."""
+    return np.asarray(np.degrees(np.arctan2(n[:, 0], side * n[:, 1])))
+
+
+def rates(n: Array, moved: Instant, radius: float) -> tuple[Array, Array, Array]:
+    """Compute how wheels turn, lean and roll off their contact points.
+
+    Parameters
+    ----------
+    n : ndarray, shape (s, 3)
+        Outward axes.
+    moved : Instant
+        Motion about the wheel centre, in ISO 8855.
+    radius : float
+
+    Returns
+    -------
+    turn, camber : ndarray, shape (s,)
+        Rates of the steering angle, positive to the left, and of camber [rad].
+    contact : ndarray, shape (s, 3)
+        Velocity of the contact point, which is not fixed to the wheel [length].
+    """
+    turned = cross(moved.spin, n)
+    level = 1 - n[:, 2] ** 2
+    down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
+    down /= np.sqrt(level)[:, None]
+    change = turned * n[:, 2:] + n * turned[:, 2:]
+    across = change - down * (change * down).sum(1)[:, None]
+    turn = (n[:, 0] * turned[:, 1] - n[:, 1] * turned[:, 0]) / level
+    contact = moved.velocity + radius * across / np.sqrt(level)[:, None]
+    return turn, -turned[:, 2] / np.sqrt(level), contact
 
 
 def contact_point(motion: Motion, wheel: Wheel) -> tuple[Array, Array, Array]:
@@ -156,23 +223,17 @@ def _in_travel(
     motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array, n: Array
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
-    up, still = Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2])), (steer,) if steer else ()
-    moved = _seen(motion, wheel, centre, up, still)
-    if moved.reason and motion.held:
-        moved = _seen(motion, wheel, centre, up, [*still, *motion.held])
+    still = (steer,) if steer else ()
+    moved = seen(motion, wheel, centre, height(wheel), still)
     patch = moved.velocity + cross(moved.spin, contact - centre)
     along, at, pitch = axis_of(moved.velocity, moved.spin, centre)
-    turned, side = cross(moved.spin, n), np.sign(contact[:, 1])
-    level = 1 - n[:, 2] ** 2
-    down = turned * n[:, 2:] + n * turned[:, 2:]
-    radius = wheel.rolling_radius()
-    radial = (contact - centre) / radius
-    sideways = down[:, 1] - radial[:, 1] * (radial * down).sum(1)
+    turn, camber, rolled = rates(n, moved, wheel.rolling_radius())
+    side = np.sign(contact[:, 1])
     return moved.reason, {
         "roll centre": contact[:, 1] * patch[:, 1] / patch[:, 2],
-        "toe gradient": np.degrees(side * (turned[:, 0] * n[:, 1] - n[:, 0] * turned[:, 1]) / level),
-        "camber gradient": np.degrees(-turned[:, 2] / np.sqrt(level)),
-        "half track gradient": side * (moved.velocity[:, 1] + radius * sideways / np.sqrt(level)),
+        "toe gradient": np.degrees(-side * turn),
+        "camber gradient": np.degrees(camber),
+        "half track gradient": side * rolled[:, 1],
         "support angle of contact": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
         "support angle of centre": np.degrees(np.arctan2(moved.velocity[:, 0], moved.velocity[:, 2])),
         **{f"screw axis {k}": along[:, i] for i, k in enumerate("xyz")},
@@ -182,30 +243,46 @@ def _in_travel(
 
 
 def _in_steering(
-    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], centre: Array, contact: Array,
-    side: Array,
+    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], centre: Array,
+    contact: Array, n: Array,
 ) -> tuple[str, dict[str, Array]]:  # fmt: skip
     """Compute the columns of the steering axis with springs held, and the reason for NaN."""
     if steer is None:
         return "", {}
-    still = springs or _arms(motion, wheel.carrier)
-    moved = _seen(motion, wheel, centre, steer, still)
-    if moved.reason and not still:
-        moved = moved._replace(reason=f"no arm carries {wheel.carrier} by a ball joint: say what spring is held")
+    still = springs or _arms(motion, wheel.carrier) or [height(wheel)]
+    moved = seen(motion, wheel, centre, steer, still)
     along, at, _ = axis_of(moved.velocity, moved.spin, centre)
     along = along * np.sign(along[:, 2:])
-    foot = at + along * ((contact[:, 2] - at[:, 2]) / along[:, 2])[:, None]
+    side = np.sign(contact[:, 1])
+    foot, hub = (at + along * ((p - at)[:, 2] / along[:, 2])[:, None] for p in (contact, centre))
+    turn, camber, _ = rates(n, moved, wheel.rolling_radius())
+    per = 1.0 if unit_of(motion, steer) == "deg" else np.degrees(1.0)
     return moved.reason, {
         "caster": np.degrees(np.arctan2(-along[:, 0], along[:, 2])),
         "kingpin inclination": np.degrees(np.arctan2(-side * along[:, 1], along[:, 2])),
-        "scrub radius": side * (contact[:, 1] - foot[:, 1]),
-        "trail": foot[:, 0] - contact[:, 0],
+        "scrub radius": side * (contact - foot)[:, 1],
+        "trail": (foot - contact)[:, 0],
+        "kingpin offset": side * (centre - hub)[:, 1],
+        "caster offset": (hub - centre)[:, 0],
+        "steering gradient": per * turn,
+        "camber by steering": camber / turn,
     }
 
 
-def _seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Sequence[Scalar]) -> Instant:
-    """Compute the instant motion of a wheel about its centre, in ISO 8855."""
-    moved = instant(motion, wheel.carrier, centre * wheel.signs, moving, still, "the wheel")
+def height(wheel: Wheel) -> Travel:
+    """Return the travel of a wheel centre upwards."""
+    return Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2]))
+
+
+def seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Sequence[Scalar]) -> Instant:
+    """Compute the motion of a wheel per unit of a scalar, in ISO 8855.
+
+    Where that leaves the wheel free, what the motion holds stands still too.
+    """
+    at = centre * wheel.signs
+    moved = instant(motion, wheel.carrier, at, moving, still, "the wheel")
+    if moved.reason and motion.held:
+        moved = instant(motion, wheel.carrier, at, moving, [*still, *motion.held], "the wheel")
     return moved._replace(velocity=moved.velocity * wheel.signs, spin=moved.spin * wheel.signs)
 
 
@@ -218,7 +295,7 @@ def _arms(motion: Motion, carrier: str) -> list[Joint]:
 
 
 def axis_of(velocity: Array, spin: Array, at: Array) -> tuple[Array, Array, Array]:
-    """Return the instant screw axis of a body: direction (s, 3), the point on it next to `at`, and the pitch.
+    """Return the instant screw axis of a body: direction (s, 3), point next to `at`, pitch.
 
     Of a translation the direction is that of the velocity, the point `at` and the pitch infinite.
     """
@@ -229,24 +306,3 @@ def axis_of(velocity: Array, spin: Array, at: Array) -> tuple[Array, Array, Arra
         point = np.where(still, at, at + cross(spin, velocity) / (w * w))
         pitch = np.where(still[..., 0], np.inf, (spin * velocity).sum(-1) / (w * w)[..., 0])
     return along, point, pitch
-
-
-def anti_dive(support_angle: Any, wheelbase: float, height: float, share: float) -> Array:
-    """Return how much of the dive under braking a front axle supports [%]; of a rear axle it is minus the anti-lift.
-
-    Parameters
-    ----------
-    support_angle : array-like
-        Of the contact point (brake outboard) or the centre (inboard) [deg], positive for a path up and forwards.
-    wheelbase, height : float
-        Wheelbase, and height of the centre of gravity, in one unit.
-    share : float
-        Part of the braking force that acts on this axle.
-
-    Raises
-    ------
-    InvalidRequest
-        If something is no number, or a length not above 0.
-    """
-    angle, part = np.radians(array("support_angle", support_angle)), number("share", share)
-    return np.asarray(100 * np.tan(angle) * part * positive("wheelbase", wheelbase) / positive("height", height))

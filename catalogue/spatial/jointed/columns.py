@@ -1,49 +1,85 @@
-"""Definitions of the columns of wheels and axles."""
+"""Definitions of the columns of wheels, axles and vehicles."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-#: By the name of a column: its unit (``"length"`` is that of the mechanism), and its meaning.
+_TRAVELS = "travel moves, steering held"
+_STEERS = "steering moves, spring held"
+_ROLLS = "wheels travel oppositely, heave and steering held"
+
+#: By the name of a column: its unit, and its meaning.  ``length`` is the unit of the mechanism,
+#: ``steer`` that of the scalar that steers.
 WHEEL = {
     "travel": ("length", "height of the wheel centre above the design pose"),
     "toe": ("deg", "positive when the front of the wheel points inwards"),
     "camber": ("deg", "positive when the top of the wheel leans outwards"),
     "recession": ("length", "way of the wheel centre backwards from the design pose"),
     "half track": ("length", "distance of the contact point from the middle plane"),
-    "roll centre": ("length", "height above the ground, on the middle plane; travel moves, steering held"),
-    "toe gradient": ("deg/length", "change of toe per travel; steering held"),
-    "camber gradient": ("deg/length", "change of camber per travel; steering held"),
-    "half track gradient": ("length/length", "change of the half track per travel; steering held"),
-    "support angle of contact": ("deg", "lean forwards of its path, brake on; travel moves, steering held"),
-    "support angle of centre": ("deg", "lean forwards of its path; travel moves, steering held"),
-    "screw axis x": ("1", "direction of the instant screw axis; travel moves, steering held"),
-    "screw axis y": ("1", "the same, to the left"),
-    "screw axis z": ("1", "the same, upwards"),
-    "screw axis at x": ("length", "point of that axis next to the wheel centre"),
-    "screw axis at y": ("length", "the same, to the left"),
-    "screw axis at z": ("length", "the same, upwards"),
-    "pitch": ("length/rad", "advance along that axis per radian"),
-    "caster": ("deg", "lean backwards of the steering axis; steering moves, spring held"),
-    "kingpin inclination": ("deg", "lean inwards of the steering axis; steering moves, spring held"),
-    "scrub radius": ("length", "contact point outside the steering axis on the ground; steering moves, spring held"),
-    "trail": ("length", "contact point behind the steering axis on the ground; steering moves, spring held"),
-}  # fmt: skip
+    "roll centre": ("length", f"height above the ground, on the middle plane; {_TRAVELS}"),
+    "toe gradient": ("deg/length", f"change of toe per travel; {_TRAVELS}"),
+    "camber gradient": ("deg/length", f"change of camber per travel; {_TRAVELS}"),
+    "half track gradient": ("length/length", f"change of the half track per travel; {_TRAVELS}"),
+    "support angle of contact": ("deg", f"lean forwards of its path, brake on; {_TRAVELS}"),
+    "support angle of centre": ("deg", f"lean forwards of its path; {_TRAVELS}"),
+    "screw axis x": ("1", f"direction of the instant screw axis; {_TRAVELS}"),
+    "screw axis y": ("1", f"its part to the left; {_TRAVELS}"),
+    "screw axis z": ("1", f"its part upwards; {_TRAVELS}"),
+    "screw axis at x": ("length", f"point of that axis next to the wheel centre; {_TRAVELS}"),
+    "screw axis at y": ("length", f"its part to the left; {_TRAVELS}"),
+    "screw axis at z": ("length", f"its part upwards; {_TRAVELS}"),
+    "pitch": ("length/rad", f"advance along that axis per radian; {_TRAVELS}"),
+    "caster": ("deg", f"lean backwards of the steering axis; {_STEERS}"),
+    "kingpin inclination": ("deg", f"lean inwards of the steering axis; {_STEERS}"),
+    "scrub radius": ("length", f"contact point outside the steering axis; {_STEERS}"),
+    "trail": ("length", f"contact point behind the steering axis, on the ground; {_STEERS}"),
+    "kingpin offset": ("length", f"wheel centre outside the steering axis, at its height; {_STEERS}"),
+    "caster offset": ("length", f"wheel centre behind the steering axis, at its height; {_STEERS}"),
+    "steering gradient": ("deg/steer", f"turn of the wheel to the left per steering; {_STEERS}"),
+    "camber by steering": ("deg/deg", f"change of camber per turn of the wheel to the left; {_STEERS}"),
+}
 
-
-#: The same of an axle with two wheels.
+#: Columns of an axle with two wheels.
 AXLE = {
     "track": ("length", "distance of the contact points across the vehicle"),
     "total toe": ("deg", "sum of both toe angles"),
     "steering angle": ("deg", "mean of both wheels, positive to the left"),
-    "roll centre height": ("length", "above the line of the contact points; each wheel travels, steering held"),
-    "roll centre offset": ("length", "to the left of the middle plane"),
+    "roll centre height": ("length", f"above the line of the contact points; {_ROLLS}"),
+    "roll centre offset": ("length", f"to the left of the middle plane; {_ROLLS}"),
+    "roll steer": ("deg/deg", f"steering angle per roll of the body to the right; {_ROLLS}"),
+    "roll camber": ("deg/deg", f"camber of the outer wheel to the body per roll, mean of both; {_ROLLS}"),
     "Ackermann": ("%", "toe-out in turns over that of wheels that turn about one point of the rear axle's line"),
     "turning circle": ("length", "diameter of the outer contact point's circle"),
-}  # fmt: skip
+}
+
+#: Columns of an axle in its vehicle.
+VEHICLE = {
+    "anti-dive": ("%", f"of a front axle while braking; {_TRAVELS}"),
+    "braking anti-lift": ("%", f"of a rear axle while braking; {_TRAVELS}"),
+    "driving anti-lift": ("%", f"of a front axle that drives; {_TRAVELS}"),
+    "anti-squat": ("%", f"of a rear axle that drives; {_TRAVELS}"),
+    "roll axis": ("deg", "fall forwards of the line through the roll centres of both axles"),
+}
+
+#: Headings of these groups, as help and reports show them.
+GROUPS = {
+    "Columns of a wheel": WHEEL,
+    "Columns of an axle with two wheels": AXLE,
+    "Columns of an axle in its vehicle": VEHICLE,
+}
+#: Remark under them.
+REMARK = (
+    "Spring held: the spring that the file names, else the arms on revolute joints that carry the wheel, else "
+    "the height of the wheel centre. Of a rigid axle travel holds what the sweep holds."
+)
 
 
-def heading(name: str, length: str, known: Mapping[str, tuple[str, str]] = WHEEL) -> str:
+def heading(
+    name: str,
+    length: str,
+    known: Mapping[str, tuple[str, str]] = WHEEL,
+    steer: str = "steer",
+) -> str:
     """Return the heading of a column, with its unit.
 
     Parameters
@@ -53,6 +89,8 @@ def heading(name: str, length: str, known: Mapping[str, tuple[str, str]] = WHEEL
     length : str
         The unit of length.
     known : mapping
-        `WHEEL` or `AXLE`.
+        `WHEEL`, `AXLE` or `VEHICLE`.
+    steer : str
+        The unit of the scalar that steers.
     """
-    return f"{name} [{known[name][0].replace('length', length)}]"
+    return f"{name} [{known[name][0].replace('length', length).replace('steer', steer)}]"

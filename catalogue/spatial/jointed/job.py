@@ -13,7 +13,8 @@ import pandas as pd
 from ...errors import CannotDrive, InvalidRequest, quoted
 from ...given import instance, names
 from . import elements as e
-from .axle import Wheel, kinematics
+from .axle import AXES, Wheel, height, kinematics, unit_of
+from .columns import AXLE, VEHICLE, heading
 from .instant import ratio
 from .mechanism import Mechanism
 from .motion import Motion
@@ -21,31 +22,71 @@ from .sensitivity import sensitivities
 from .statics import Load, reactions
 from .transmission import transmission
 from .two_wheels import axle
+from .vehicle import Vehicle, supported
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False)
+class Mounted:
+    """A wheel of a file: its name, the drive that steers it, and drives that are held meanwhile."""
+
+    wheel: Wheel
+    name: str = ""
+    steer: str = ""
+    spring: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A scalar to print, by the name of its drive.
+
+    Attributes
+    ----------
+    name, scalar : str
+    wheel : str
+        Name of the wheel whose travel moves it; ``"both"`` if their difference does.
+    """
+
+    name: str
+    scalar: str
+    wheel: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class Job:
-    """What a file holds; `given` as it was read."""
+    """Contents of a file of hard points; `given` as it was read."""
 
     mechanism: Mechanism
     drives: dict[str, Any]
     points: tuple[Mapping[str, Any], ...]
-    wheel: Wheel | None
-    steer: str
-    spring: tuple[str, ...]
+    wheels: tuple[Mounted, ...]
     output: Mapping[str, Any]
     given: dict[str, Any]
     title: str = ""
-    readings: tuple[tuple[str, Any], ...] = ()
+    readings: tuple[Reading, ...] = ()
     unused: tuple[str, ...] = ()
     file: str = ""
-    first: str = ""
-    others: tuple[tuple[Wheel, str, str, tuple[str, ...]], ...] = ()
-    wheelbase: float | None = None
+    vehicle: Vehicle | None = None
     loads: tuple[Load, ...] = ()
+
+    @property
+    def wheel(self) -> Wheel | None:
+        """The first wheel, if there is one."""
+        return self.wheels[0].wheel if self.wheels else None
+
+    def remarks(self) -> list[str]:
+        """List what a user may have forgotten: axes that are not stated, points without a use."""
+        out = []
+        if self.wheels and "axes" not in self.given:
+            out.append(
+                "axes of the hard points are not stated, read as ISO 8855 (x forwards, y to the left, z up): "
+                f"state axes, one of {', '.join(AXES)}"
+            )
+        if self.unused:
+            out.append(f"hard points that nothing refers to: {', '.join(self.unused)}")
+        return out
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
@@ -105,7 +146,9 @@ class Job:
         """Draw a motion with the wheel and the points of the file."""
         instance("motion", motion, Motion)
         points = {p.get("name", p["body"]): (p["body"], p["at"]) for p in self.points}
-        return motion.plot(file, self.wheel, points, title=self.title)
+        read = {one.name: self.drive(one.scalar) for one in self.readings}
+        springs = {name: one for name, one in read.items() if isinstance(one, e.Length) and not one.link}
+        return motion.plot(file, [one.wheel for one in self.wheels], points, title=self.title, springs=springs)
 
     def table(self, motion: Motion) -> pd.DataFrame:
         """Tabulate all readings of the file, one row per pose."""
@@ -122,7 +165,7 @@ class Job:
             parts.append(
                 pd.DataFrame({f"{joint.body} [{'deg' if turns else unit}]": np.degrees(value) if turns else value})
             )
-        parts += [self._read(motion, name, scalar) for name, scalar in self.readings]
+        parts += [self._read(motion, one) for one in self.readings]
         if self.output:
             parts.append(
                 transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
@@ -158,37 +201,52 @@ class Job:
 
     def _wheels(self, motion: Motion) -> list[pd.DataFrame]:
         """Tabulate each wheel, several by name, and the axle of two."""
-        out = []
-        every = [(self.wheel, "", self.steer, self.spring), *self.others] if self.wheel else []
-        for wheel, name, steer, spring in every:
-            scalar = self.drive(steer) if steer else None
-            table = kinematics(motion, wheel, scalar, [self.drive(one) for one in spring])
-            if len(every) > 1:
-                first = next(k for k in (name, self.first) if k)
-                named = {column: f"{first} {column}" for column in table if not str(column).startswith("drive [")}
-                reasons = {named[column]: reason for column, reason in table.attrs["reasons"].items()}
-                table = table.rename(columns=named)
-                table.attrs["reasons"] = reasons
+        out, unit = [], self.mechanism.unit
+        for one in self.wheels:
+            springs = [self.drive(name) for name in one.spring]
+            tables = [kinematics(motion, one.wheel, self._steer(one), springs)]
+            if self.vehicle:
+                tables.append(supported(self.vehicle, tables[0], unit))
+            out += [_headed(table, one.name if len(self.wheels) > 1 else "") for table in tables]
+        rolled, name = (out[0], heading("roll centre", unit)) if len(self.wheels) == 1 else (None, "")
+        if len(self.wheels) == 2:
+            base = self.vehicle.wheelbase if self.vehicle else None
+            first, second = self.wheels
+            rolled = axle(motion, first.wheel, second.wheel, self._steer(first), base)
+            name = heading("roll centre height", unit, AXLE)
+            out.append(rolled)
+        if rolled is not None and self.vehicle and self.vehicle.roll_centre is not None:
+            own = heading("roll axis", unit, VEHICLE)
+            table = pd.DataFrame({own: self.vehicle.roll_axis(rolled[name].to_numpy())})
+            why = rolled.attrs["reasons"].get(name)
+            table.attrs["reasons"] = {own: why} if why else {}
             out.append(table)
-        if len(every) == 2:
-            steered = self.drive(self.steer) if self.steer else None
-            out.append(axle(motion, every[0][0], every[1][0], steered, self.wheelbase))
         return out
 
-    def _read(self, motion: Motion, name: str, scalar: Any) -> pd.DataFrame:
+    def _steer(self, one: Mounted) -> Any:
+        return self.drive(one.steer) if one.steer else None
+
+    def _read(self, motion: Motion, reading: Reading) -> pd.DataFrame:
         """Tabulate a scalar and its ratio to wheel travel, steering held."""
-        angular = motion.mechanism.scalar_function(scalar, motion.scalars)[0].angular
-        unit, factor = ("deg", np.degrees(1.0)) if angular else (self.mechanism.unit, 1.0)
-        columns = {f"{name} [{unit}]": motion.value(scalar) * factor}
-        if self.wheel:
-            up = e.Travel(self.wheel.carrier, self.wheel.centre, (0.0, 0.0, self.wheel.signs[2]))
-            rate, reason = ratio(motion, scalar, up, [self.drive(self.steer)] if self.steer else [])
-            heading = f"{name} ratio [{unit}/{self.mechanism.unit}]"
-            columns[heading] = rate * factor
-            table = pd.DataFrame(columns)
-            table.attrs["reasons"] = {heading: reason} if reason else {}
+        scalar, length = self.drive(reading.scalar), self.mechanism.unit
+        unit = unit_of(motion, scalar)
+        factor = np.degrees(1.0) if unit == "deg" else 1.0
+        table = pd.DataFrame({f"{reading.name} [{unit}]": motion.value(scalar) * factor})
+        if not self.wheels:
             return table
-        return pd.DataFrame(columns)
+        one = next((w for w in self.wheels if w.name == reading.wheel), self.wheels[0])
+        still = [self._steer(one)] if one.steer else []
+        moving: Any = height(one.wheel)
+        if reading.wheel == "both":
+            other = height(self.wheels[1].wheel)
+            moving, still = moving - other, [(moving + other) / 2, *still]
+        rate, reason = ratio(motion, scalar, moving, still)
+        if reason and motion.held:
+            rate, reason = ratio(motion, scalar, moving, [*still, *motion.held])
+        name = f"{reading.name} ratio [{unit}/{length}]"
+        table[name] = rate * factor
+        table.attrs["reasons"] = {name: reason} if reason else {}
+        return table
 
     def _index(self, motion: Motion) -> pd.DataFrame:
         """Return the values of the drives, of several with their names in the file."""
@@ -201,3 +259,14 @@ class Job:
         named = zip(motion.drives, units, strict=True)
         index.columns = [f"{called.get(e.identity(s), e.title(s))} [{unit}" for s, unit in named]
         return index
+
+
+def _headed(table: pd.DataFrame, name: str) -> pd.DataFrame:
+    """Put the name of a wheel before its columns."""
+    if not name:
+        return table
+    named = {k: f"{name} {k}" for k in table if not str(k).startswith("drive [")}
+    reasons = {named[k]: reason for k, reason in table.attrs["reasons"].items()}
+    out = table.rename(columns=named)
+    out.attrs["reasons"] = reasons
+    return out

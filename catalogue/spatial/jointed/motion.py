@@ -15,7 +15,7 @@ from ...given import array, instance, pair, several, switch, text, whole
 from ...kinematics.types import Array
 from . import compiled
 from .curve import Curve
-from .elements import Scalar, identity, title
+from .elements import Length, Scalar, identity, title
 from .hard_points import numbers
 from .tree import PRISMATIC, UNKNOWNS
 from .vectors import series
@@ -404,8 +404,9 @@ class Motion:
         raise InvalidRequest(f"{body} hangs on no joint with a coordinate {index}")
 
     def plot(
-        self, file: str | Path | None = None, wheel: Wheel | None = None,
+        self, file: str | Path | None = None, wheel: Wheel | Sequence[Wheel] | None = None,
         points: Mapping[str, tuple[str, Any]] | None = None, labels: bool = True, title: str = "",
+        springs: Mapping[str, Length] | None = None,
     ) -> Figure:  # fmt: skip
         """Draw the mechanism in three dimensions, in the pose nearest to the design pose, with the ends as ghosts.
 
@@ -413,13 +414,15 @@ class Motion:
         ----------
         file : path, optional
             PNG, SVG or PDF by its suffix.
-        wheel : Wheel, optional
-            Drawn too, and its centre followed.
+        wheel : Wheel or sequence of Wheel, optional
+            Drawn too, and their centres followed.
         points : dict, optional
             Points to be followed: by what is written at them, a body and a point in the design pose.
         labels : bool
             Whether names, and lengths of links in the unit of length, are written.
         title : str, optional
+        springs : dict, optional
+            Lengths between two points, by what is written at them, drawn as coils.
 
         Raises
         ------
@@ -432,14 +435,19 @@ class Motion:
         from .axle import Wheel
         from .picture import scene
 
-        instance("wheel", wheel, Wheel | None)
+        wheels = (wheel,) if isinstance(wheel, Wheel) else several("wheel", wheel or (), Wheel)
         marked = {
             text("a name of points", name): pair("each of points", one, "a body and a point")
             for name, one in (instance("points", points, Mapping | None) or {}).items()
         }
         if len(self.states) != 1:
             raise InvalidRequest("a picture is of one mechanism, not of a batch: sweep `mechanism.one(i)`")
-        return draw(scene(self.mechanism, self, wheel, marked, text("title", title)), file, switch("labels", labels))
+        coils = {
+            text("a name of springs", name): instance("each of springs", one, Length)
+            for name, one in (instance("springs", springs, Mapping | None) or {}).items()
+        }
+        seen = scene(self.mechanism, self, wheels, marked, text("title", title), coils)
+        return draw(seen, file, switch("labels", labels))
 
     def plot_curves(self, table: pd.DataFrame, file: str | Path | None = None) -> Figure:
         """Plot columns of a table, one row per pose, over the drive: such as ``kinematics(motion, wheel)``.

@@ -1,8 +1,9 @@
-"""What is seen of a mechanism: links, bodies by their hard points, joints, guides, wheels and paths, in some poses."""
+"""Compose a picture: links, bodies, joints, guides, wheels, springs and paths in some poses."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,38 +19,66 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
     from .motion import Motion
 
-#: Points of a wheel, and of a guide along each coordinate.
-ROUND, MESH = 73, 25
-#: How far a guide goes beyond what its point passes [rad; sizes].
-ANGLE, BEYOND = 0.5, 0.12
-#: Half the length of a shaft or a cross's arm, in the size of the mechanism, if no point of the body says more.
-STUB = 0.22
+
+@dataclass(frozen=True)
+class Proportions:
+    """Numbers of points, and lengths in the size of the mechanism.
+
+    Attributes
+    ----------
+    round : int
+        Points of a wheel: its chords are not seen.
+    mesh : int
+        Points of a guide along each coordinate.
+    angle : float
+        Extent of a guide beyond the path of its point [rad].
+    beyond : float
+        Extent of a guide beyond the path of its point, in its own length.
+    coil, turns : float, int
+        Radius and number of turns of a spring.
+    stub : float
+        Half the length of a shaft, or of a cross's arm, without a point.
+    """
+
+    round: int = 73
+    mesh: int = 25
+    angle: float = 0.5
+    beyond: float = 0.12
+    coil: float = 0.02
+    turns: int = 8
+    stub: float = 0.22
+
+
+LOOK = Proportions()
 
 
 class Poses:
-    """Where points and directions of bodies are in the poses that are drawn; without a motion the design pose alone."""
+    """Points and directions of bodies in the poses drawn: of a motion, or the design pose alone.
 
-    def __init__(self, mechanism: Mechanism, motion: Motion | None) -> None:
-        self.mechanism, self.motion = mechanism, motion
+    Vehicles are drawn in axes of ISO 8855, z upwards: `signs` (3,) turn coordinates into those.
+    """
+
+    def __init__(self, mechanism: Mechanism, motion: Motion | None, signs: Array) -> None:
+        self.mechanism, self.motion, self.signs = mechanism, motion, signs
         self.which = _chosen(motion) if motion else [0]
 
     def point(self, body: str, at: Any) -> Array:
-        """Return (p, 3)."""
+        """Return a point of a body, (p, 3)."""
         if self.motion is None or body == e.GROUND:
-            return np.repeat(numbers(at, "a point"), len(self.which), axis=0)
-        return self.motion.point(body, at)[self.which]
+            return np.asarray(self.signs * np.repeat(numbers(at, "a point"), len(self.which), axis=0))
+        return np.asarray(self.signs * self.motion.point(body, at)[self.which])
 
     def direction(self, body: str, vector: Any) -> Array:
-        """Return unit vectors (p, 3)."""
+        """Return a unit vector of a body, (p, 3)."""
         v = numbers(vector, "a direction")
         v = v / np.sqrt((v * v).sum())
         if self.motion is None or body == e.GROUND:
-            return np.repeat(v, len(self.which), axis=0)
-        return self.motion.direction(body, v)[self.which]
+            return np.asarray(self.signs * np.repeat(v, len(self.which), axis=0))
+        return np.asarray(self.signs * self.motion.direction(body, v)[self.which])
 
 
 def _chosen(motion: Motion) -> list[int]:
-    """Return the pose nearest to the design pose, and those at the ends; of a closed motion thirds of it."""
+    """Return the pose nearest to the design pose, and the ends; of a closed motion its thirds."""
     good = np.flatnonzero(np.isfinite(motion.states[0]).all(1))
     if not len(good):
         return [0]
@@ -70,24 +99,24 @@ def _chosen(motion: Motion) -> list[int]:
 def scene(
     mechanism: Mechanism,
     motion: Motion | None = None,
-    wheel: Wheel | None = None,
+    wheels: Sequence[Wheel] = (),
     points: Mapping[str, tuple[str, Any]] | None = None,
     title: str = "",
+    springs: Mapping[str, e.Length] | None = None,
 ) -> seen.Scene:
-    """Return what is seen of a mechanism in its design pose, or of a motion, with its ends as ghosts."""
-    poses = Poses(mechanism, motion)
+    """Compose the scene of a mechanism in its design pose, or of a motion with ghosts."""
+    poses = Poses(mechanism, motion, wheels[0].signs if wheels else np.ones(3))
     every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has(x, k)]
     size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may be in one point
-    follow = dict(points or {})
-    rings = []
-    if wheel:
-        follow = {"wheel centre": (wheel.carrier, wheel.centre), **follow}
-        rings = [_ring(poses, wheel)]
+    centres = {f"{w.carrier} centre" if len(wheels) > 1 else "wheel centre": (w.carrier, w.centre) for w in wheels}
+    follow = {**centres, **(points or {})}
+    rings = [_ring(poses, wheel) for wheel in wheels]
     along = _along(motion, poses.which[0]) if motion else slice(None)
-    paths = {name: motion.point(body, at)[along] for name, (body, at) in follow.items()} if motion else {}
+    paths = {name: motion.point(body, at)[along] * poses.signs for name, (body, at) in follow.items()} if motion else {}
     balls, fixed = _joints(mechanism, poses)
     bodies = _bodies(mechanism, poses, size, follow)
     curves, patches = _guides(mechanism, poses, size)
+    curves += [(name, _coil(poses, spring, LOOK.coil * size)) for name, spring in (springs or {}).items()]
     return seen.Scene(
         [seen.Link(x.name, np.stack([poses.point(x.a, x.from_), poses.point(x.b, x.to)], axis=1))
          for x in mechanism.elements if isinstance(x, e.Link)],
@@ -97,7 +126,7 @@ def scene(
 
 
 def _along(motion: Motion, drawn: int) -> Array:
-    """Return the poses along one line of a grid, that of its first drive through the pose drawn; else all."""
+    """Return the poses along the first drive of a grid through the pose drawn; else all."""
     values = motion.values
     if len(values) < np.prod([len(np.unique(column)) for column in values.T]) or not motion.others:
         return np.arange(len(values))
@@ -121,6 +150,8 @@ def _note(motion: Motion | None) -> str:
     drive = motion.drive_shown[np.isfinite(motion.states[0]).all(1)]
     if not len(drive):
         return "no pose"
+    if isinstance(motion.driven, e.Sum):
+        return f"{e.title(motion.driven)} from {drive[0]:.5g} to {drive[-1]:.5g} {motion.drive_unit}; others as ghosts"
     kind = type(motion.driven).__name__.lower()
     what = (
         getattr(motion.driven, "body", "") or getattr(motion.driven, "link", "") or getattr(motion.driven, "guide", "")
@@ -163,12 +194,12 @@ def _bodies(mechanism: Mechanism, poses: Poses, size: float, follow: Mapping[str
 
 
 def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: float) -> Array:
-    """Return arms and shaft of a body that keeps the angle of a direction, as of a Cardan joint, (p, r, 2, 3)."""
+    """Return arms and shaft of a body such as a Cardan joint's, (p, r, 2, 3)."""
     middle, rods = np.asarray(at[0], float), []
     for x in mechanism.elements:
         for b, axis in ((x.a, x.axis_a), (x.b, x.axis_b)) if isinstance(x, e.KeepAngle) else ():
             if b == body:
-                v = np.asarray(axis, float) / np.linalg.norm(axis) * STUB * size
+                v = np.asarray(axis, float) / np.linalg.norm(axis) * LOOK.stub * size
                 rods.append((middle - v, middle + v))
     shaft = _shaft(mechanism, body, size)
     if rods and shaft is not None:
@@ -178,13 +209,13 @@ def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: fl
 
 
 def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
-    """Return the shaft of a body that turns about an axis and keeps an angle with another, to the other side of it."""
+    """Return the shaft of a body that turns about an axis and keeps an angle with another."""
     sides = [
         sign for x in mechanism.elements if isinstance(x, e.KeepAngle) for b, sign in ((x.a, -1), (x.b, 1)) if b == body
     ]
     for x in mechanism.elements:
         if sides and isinstance(x, e.Revolute) and x.body == body and x.axis is not None:
-            return np.asarray(sides[0] * 2 * STUB * size * np.asarray(x.axis, float) / np.linalg.norm(x.axis))
+            return np.asarray(sides[0] * 2 * LOOK.stub * size * np.asarray(x.axis, float) / np.linalg.norm(x.axis))
     return None
 
 
@@ -196,7 +227,7 @@ def _joints(mechanism: Mechanism, poses: Poses) -> tuple[Array, Array]:
         if isinstance(x, e.Spherical | e.OnGuide):
             ends = [(x.body, x.at)]
         balls += [poses.point(b, p) for b, p in ends]
-        fixed += [numbers(p, "a point")[0] for b, p in ends if b == e.GROUND or getattr(x, "on", "") == e.GROUND]
+        fixed += [poses.point(e.GROUND, p)[0] for b, p in ends if b == e.GROUND or getattr(x, "on", "") == e.GROUND]
     empty = np.zeros((len(poses.which), 0, 3))
     return np.stack(balls, axis=1) if balls else empty, np.array(fixed).reshape(-1, 3)
 
@@ -232,15 +263,33 @@ def _ring(poses: Poses, wheel: Wheel) -> Array:
     n = wheel.outboard()
     first = np.cross(n, np.eye(3)[np.abs(n).argmin()])
     first /= np.linalg.norm(first)
-    turn = np.linspace(0, 2 * np.pi, ROUND)[:, None]
+    turn = np.linspace(0, 2 * np.pi, LOOK.round)[:, None]
     rim = np.asarray(wheel.centre, float) + wheel.rolling_radius() * (
         np.cos(turn) * first + np.sin(turn) * np.cross(n, first)
     )
     return np.stack([poses.point(wheel.carrier, p) for p in rim], axis=1)
 
 
+def _coil(poses: Poses, spring: e.Length, radius: float) -> Array:
+    """Return a helix from end to end of a spring, (p, m, 3)."""
+    first, second = poses.point(spring.a, spring.from_), poses.point(spring.b, spring.to)
+    along = second - first
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(1)])
+    across /= np.sqrt((across * across).sum(1, keepdims=True))
+    beside = np.cross(along, across)
+    beside /= np.sqrt((beside * beside).sum(1, keepdims=True))
+    part = np.linspace(0, 1, 12 * LOOK.turns + 1)
+    wide = radius * np.clip(np.minimum(part, 1 - part) * 2 * LOOK.turns, 0, 1)  # straight at both ends
+    turned = (
+        (np.cos(2 * np.pi * LOOK.turns * part) * wide)[:, None],
+        (np.sin(2 * np.pi * LOOK.turns * part) * wide)[:, None],
+    )
+    line = first[:, None] + part[:, None] * along[:, None]
+    return np.asarray(line + turned[0] * across[:, None] + turned[1] * beside[:, None])
+
+
 def _guides(mechanism: Mechanism, poses: Poses, size: float) -> tuple[list[tuple[str, Array]], list[tuple[str, Array]]]:
-    """Return curves (p, m, 3) and patches (p, m, m, 3) of guides about what their points pass."""
+    """Return curves (p, m, 3) and patches (p, m, m, 3) of guides about the paths of points."""
     curves: list[tuple[str, Array]] = []
     patches: list[tuple[str, Array]] = []
     for x in mechanism.elements:
@@ -284,5 +333,5 @@ def _in_users_unit(x: e.OnGuide) -> LocatedGuide:
 
 def _side(values: Array, angle: bool, size: float) -> Array:
     values = np.unwrap(values) if angle else values
-    more = ANGLE if angle else BEYOND * size
-    return np.linspace(values.min() - more, values.max() + more, MESH)
+    more = LOOK.angle if angle else LOOK.beyond * size
+    return np.linspace(values.min() - more, values.max() + more, LOOK.mesh)

@@ -1,17 +1,20 @@
-"""Mechanisms from TOML or JSON: hard points in the user's unit, drives and what is read off by name.
+"""Read mechanisms from TOML or JSON: hard points in the user's unit, drives and readings by name.
 
-A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
-``[[spherical]]``, ``[[universal]]``, ``[[fixed]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of
-`elements`; ``[[coupling]]`` with `of`, names of drives, and `weights`; ``[drive.NAME]`` with
-`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``, ``sum``) and the fields of the scalar, of a sum `of`,
-names of drives, and `weights`; and what to print:
-``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
-`spring`, names of drives that stand still while the wheel is steered, or two ``[[wheel]]`` with a `name` each;
-``[vehicle]`` with `wheelbase`; ``[[load]]`` with the fields of `Load`, for reactions; ``[transmission]`` with `output`
-and `link`;
-``[[reading]]`` with `scalar`, the name of a drive, and `name`.  `axes` are those of the points: ``"ISO 8855"``,
-``"SAE"`` or ``"x rearwards"``.  ``[hard_points]`` has points by names, which may stand wherever a point does; two names
-are a direction; travel without `along` is upwards.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
+A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``,
+``[[cylindrical]]``, ``[[spherical]]``, ``[[universal]]``, ``[[fixed]]``, ``[[guide]]``,
+``[[angle]]`` with the fields of the classes of `elements`; ``[[coupling]]`` with `of`, names of
+drives, and `weights`; ``[drive.NAME]`` with `kind` (``joint``, ``travel``, ``length``, ``angle``,
+``guide``, ``sum``) and the fields of the scalar, of a sum `of`, names of drives, and `weights`;
+and what to print: ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of
+`Wheel`, `steer`, the name of a drive, and `spring`, names of drives that stand still while the
+wheel is steered, or two ``[[wheel]]`` with a `name` each; ``[vehicle]`` with the fields of
+`Vehicle`; ``[[load]]`` with the fields of `Load`, for reactions; ``[transmission]`` with `output`
+and `link`; ``[[reading]]`` with `scalar`, the name of a drive, and `name`. Tables with one word
+for `optional` are left out together if none of their names is known. With `both` the wheel is
+mirrored: `both_sides.py`. `axes` are those of the points: ``"ISO 8855"``, ``"SAE"`` or ``"x
+rearwards"``. ``[hard_points]`` has points by names, which may stand wherever a point does; two
+names are a direction; travel without `along` is upwards. ``[fit]`` says what is to be fitted:
+`fitting/files.py`.
 """
 
 from __future__ import annotations
@@ -19,23 +22,23 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
+from math import pi
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...errors import InvalidRequest, quoted
 from ...folders import folder
-from ...given import instance, names, positive, text
+from ...given import instance, names, positive, switch, text
 from . import elements as e
 from .axle import AXES, Wheel
-from .job import Job
+from .both_sides import both_sides, one_side
+from .job import Job, Mounted, Reading
 from .mechanism import Mechanism
-from .named_points import read_points, resolved
+from .named_points import NamedPoints, read_points, resolved
 from .statics import Load
-
-if TYPE_CHECKING:
-    pass
+from .vehicle import Vehicle
 
 ELEMENTS: dict[str, type] = {
     "link": e.Link, "revolute": e.Revolute, "screw": e.Screw, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
@@ -64,15 +67,22 @@ OTHERS = (
 TEMPLATES = folder("data") / "spatial" / "templates"
 
 
-def load(file: str | Path, points: str | Path | None = None) -> Job:
+def templates() -> list[str]:
+    """List the names of files that need hard points alone."""
+    return sorted(file.stem for file in TEMPLATES.glob("*.toml"))
+
+
+def load(file: str | Path, points: str | Path | None = None, both: bool = False) -> Job:
     """Read a mechanism from a TOML or JSON file, or from a template.
 
     Parameters
     ----------
     file : path or str
-        Or the name of a template: double-wishbone, mcpherson, five-link, trailing-arm.
+        Or the name of a template, one of `templates()`.
     points : path, optional
         Hard points in CSV, which replace those of the file by their names.
+    both : bool
+        Whether the wheel of the file is mirrored at the middle plane: both wheels of an axle.
 
     Raises
     ------
@@ -88,13 +98,18 @@ def load(file: str | Path, points: str | Path | None = None) -> Job:
     try:
         content = Path(file).expanduser().read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
-        raise InvalidRequest(f"cannot read {file}: {error}") from None
+        hint = "" if Path(file).suffix else f"; templates are {', '.join(templates())}"
+        raise InvalidRequest(f"cannot read {file}: {error}{hint}") from None
     try:
         given = json.loads(content) if content.lstrip()[:1] == "{" else tomllib.loads(content)
     except (json.JSONDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InvalidRequest(f"{file} is neither TOML nor JSON: {error}") from None
-    named_points = read_points(points, str(given.get("unit", "length"))) if points is not None else {}
-    given, unused = resolved(given, named_points, str(file))
+    if not isinstance(given, dict):
+        raise InvalidRequest(f"{file} holds no tables")
+    listed = read_points(points, str(given.get("unit", "length"))) if points is not None else NamedPoints()
+    given, unused = resolved(given, listed, str(file))
+    mirrored = switch("both", both) or switch(f"{file}: both", given.get("both", False))
+    given = both_sides(given, str(file)) if mirrored else one_side(given)
     return replace(_job(given, str(file)), unused=tuple(unused), file=str(file))
 
 
@@ -122,28 +137,26 @@ def _job(given: dict[str, Any], file: str) -> Job:
         for name in ("body", "name"):
             text(f"{file}: {name} of a point", one.get(name, ""))
     title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
-    wheels = [_wheel(one, axes, file) for one in _wheel_tables(given, file)]
-    made, first, steer, spring = wheels[0] if wheels else (None, "", "", ())
+    wheels = tuple(_wheel(one, axes, file) for one in _wheel_tables(given, file))
     vehicle = table_in(given, "vehicle", file)
-    if set(vehicle) - {"wheelbase"}:
-        raise InvalidRequest(f"{file}: vehicle has a wheelbase, not {quoted(next(iter(set(vehicle) - {'wheelbase'})))}")
-    wheelbase = positive(f"{file}: wheelbase", vehicle["wheelbase"]) if vehicle else None
     loads = tuple(_made(Load, one, f"{file}: load {i + 1}") for i, one in enumerate(tables_in(given, "load", file)))
     readings = []
     for one in tables_in(given, "reading", file):
         scalar = str(one.get("scalar", ""))
-        if not drives.get(scalar) or set(one) - {"scalar", "name"}:
+        if not drives.get(scalar) or set(one) - {"scalar", "name", "wheel", "difference"}:
             raise InvalidRequest(f"{file}: a reading needs the scalar of a drive, and may have a name")
-        readings.append((text(f"{file}: name of a reading", one.get("name", scalar)), drives[scalar]))
-    output = table_in(given, "transmission", file)
+        words = {
+            k: text(f"{file}: {k} of a reading", one.get(k, scalar if k == "name" else "")) for k in ("name", "wheel")
+        }
+        readings.append(Reading(words["name"], scalar, words["wheel"]))
     return Job(
-        mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings), first=first,
-        others=tuple(wheels[1:]), wheelbase=wheelbase, loads=loads,
+        mechanism, drives, points, wheels, table_in(given, "transmission", file), given, title, tuple(readings),
+        vehicle=_made(Vehicle, vehicle, f"{file}: vehicle") if vehicle else None, loads=loads,
     )  # fmt: skip
 
 
 def _wheel_tables(given: Mapping[str, Any], file: str) -> list[dict[str, Any]]:
-    """Return the tables of wheels: one ``[wheel]``, or several ``[[wheel]]`` with names of their own."""
+    """Return the tables of wheels: one ``[wheel]``, or several ``[[wheel]]`` with names."""
     if not isinstance(given.get("wheel"), list):
         return [dict(one) for one in (table_in(dict(given), "wheel", file),) if one]
     wheels = [dict(one) for one in tables_in(dict(given), "wheel", file)]
@@ -153,25 +166,36 @@ def _wheel_tables(given: Mapping[str, Any], file: str) -> list[dict[str, Any]]:
     return wheels
 
 
-def _wheel(given: dict[str, Any], axes: str, file: str) -> tuple[Wheel, str, str, tuple[str, ...]]:
+def _wheel(given: dict[str, Any], axes: str, file: str) -> Mounted:
     """Read a wheel, its name, its steering drive and its held springs."""
-    steer, name = str(given.pop("steer", "")), text(f"{file}: name of a wheel", given.pop("name", ""))
+    steer = names(f"{file}: steer of the wheel", given.pop("steer", ()))
+    name = text(f"{file}: name of a wheel", given.pop("name", ""))
     spring = names(f"{file}: spring of the wheel", given.pop("spring", ()))
-    return _made(Wheel, {**given, "axes": axes}, f"{file}: wheel"), name, steer, spring
+    wheel: Wheel = _made(Wheel, {**given, "axes": axes}, f"{file}: wheel")
+    try:
+        wheel.outboard()
+    except InvalidRequest as error:
+        raise InvalidRequest(f"{file}: {error}") from None
+    return Mounted(wheel, name, next(filter(None, steer), ""), spring)
 
 
 def _coupling(one: Mapping[str, Any], drives: Mapping[str, Any], what: str) -> e.Coupling:
-    """Return a coupling of drives, by their names."""
+    """Return a coupling of drives; `per_turn` is the way of the first a turn of the second."""
     parts = names(f"{what}: of", one.get("of", ()))
     unknown = [part for part in parts if not drives.get(part)]
-    if unknown or len(parts) < 2 or set(one) - {"of", "weights", "name"}:
+    if unknown or len(parts) < 2 or set(one) - {"of", "weights", "per_turn", "name"}:
         raise InvalidRequest(f"{what} needs of, names of drives, and weights, one for each")
-    total = _made(e.Sum, {"parts": [drives[part] for part in parts], "weights": one.get("weights", ())}, what)
+    weights = one.get("weights", ())
+    if "per_turn" in one:
+        if weights or len(parts) > 2:
+            raise InvalidRequest(f"{what}: per_turn stands for the weights of two drives")
+        weights = [1.0, -positive(f"{what}: per_turn", one["per_turn"]) / (2 * pi)]
+    total = _made(e.Sum, {"parts": [drives[part] for part in parts], "weights": weights}, what)
     return e.Coupling(total, str(one.get("name", "")))
 
 
 def _drives(given: Mapping[str, Any], file: str, up: tuple[float, ...]) -> dict[str, Any]:
-    """Return scalars by the names of their tables; sums may name scalars that come later, travel is upwards."""
+    """Return scalars by the names of their tables; travel is upwards."""
     drives: dict[str, Any] = dict.fromkeys(given)
     for sums in (False, True):
         for name, one in given.items():
@@ -216,9 +240,11 @@ def _made(kind: type, one: dict[str, Any], what: str) -> Any:
         if name not in known:
             permitted = ", ".join(k.rstrip("_") for k in sorted(known))
             raise InvalidRequest(f"{what}: {quoted(name)} means nothing; its fields are {permitted}")
+    needed = {f.name.rstrip("_"): f for f in fields(kind) if f.default is MISSING}
+    absent = [name for name, f in needed.items() if f.name not in values]
+    if absent:
+        raise InvalidRequest(f"{what} needs {', '.join(absent)}")
     try:
         return kind(**values)
-    except InvalidRequest as error:
+    except (InvalidRequest, TypeError) as error:
         raise InvalidRequest(f"{what}: {error}") from None
-    except TypeError as error:
-        raise InvalidRequest(f"{what}: {str(error).partition(') ')[2] or error}") from None

@@ -1,4 +1,4 @@
-"""One page of a motion: picture, curves, values and what they mean, as HTML that needs no other file."""
+"""Write the page of a motion: picture, curves, values and their meaning, as one HTML file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...folders import is_folder
 from ...html_table import html_table
 from ...markup import Markup, element, join
 from ...paper import write_bytes
-from .columns import AXLE, WHEEL, heading
+from .columns import GROUPS, REMARK
 
 if TYPE_CHECKING:
     from .job import Job
@@ -66,12 +66,13 @@ def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Seq
         parts += [_picture(figure, "curves over the drive") for figure in drawn]
     rows = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in table.itertuples(index=False)]
     parts.append(element("div", html_table([f">{name}" for name in table], rows)))
-    every = [
-        (heading(name, job.mechanism.unit, of), meaning) for of in (WHEEL, AXLE) for name, (_, meaning) in of.items()
-    ]
-    known = [(name, meaning) for name, meaning in every if any(str(column).endswith(name) for column in table)]
-    if known:
-        parts += [element("h2", "Columns of wheels and axles"), html_table(["column", "meaning"], known)]
+    shown = [str(column).partition(" [")[0] for column in table]
+    for title, group in GROUPS.items():
+        known = [(k, m) for k, (_, m) in group.items() if any(f" {name}".endswith(f" {k}") for name in shown)]
+        if known:
+            parts += [element("h2", title), html_table(["column", "meaning"], known)]
+    if job.wheels:
+        parts.append(element("p", REMARK))
     head = element("head", element("meta", charset="utf-8"), element("title", job.title), element("style", STYLE))
     page = element("html", head, element("body", *parts), lang="en")
     write_bytes(b"<!DOCTYPE html>\n" + page.encode(), file)

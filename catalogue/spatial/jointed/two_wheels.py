@@ -7,11 +7,18 @@ import pandas as pd
 
 from ...errors import InvalidRequest
 from ...given import instance, positive
-from .axle import Wheel, contact_point, kinematics
+from ...kinematics.types import Array
+from .axle import Wheel, contact_point, height, rates, seen, toe
 from .columns import AXLE, heading
 from .elements import Scalar
 from .frame import framed
 from .motion import Motion
+from .vectors import cross
+
+#: Difference of the slopes of two normals below which they do not meet.
+PARALLEL = 1e-12
+#: Reason why a pose has no turning circle.
+STRAIGHT = "in some poses the wheels do not turn to one side"
 
 
 def axle(
@@ -25,14 +32,14 @@ def axle(
     one, other : Wheel
         On either side of the middle plane.
     steer : scalar, optional
-        What steers both wheels; it is held where travel moves one.
+        What steers both wheels; it is held where the axle rolls.
     wheelbase : float, optional
         For Ackermann and the turning circle, in the unit of length.
 
     Returns
     -------
     pandas.DataFrame
-        `columns.AXLE` says what each column means.
+        `columns.AXLE` says what each column means, ``attrs["reasons"]`` why one is NaN.
 
     Raises
     ------
@@ -40,35 +47,71 @@ def axle(
         If both wheels are on one side, or the wheelbase is not above 0.
     """
     instance("one", one, Wheel), instance("other", other, Wheel)
-    unit = motion.mechanism.unit
-    tables = [kinematics(motion, wheel, steer) for wheel in (one, other)]
-    contacts = [contact_point(motion, wheel)[2] for wheel in (one, other)]
-    if not (contacts[0][:1, 1] * contacts[1][:1, 1] < 0).all() and np.isfinite(contacts[0][:1, 1]).all():
+    wheels = sorted((one, other), key=lambda wheel: -wheel.beside().max())
+    if not wheels[1].beside().max() < 0 < wheels[0].beside().min():
         raise InvalidRequest("the wheels of an axle are on either side of its middle plane")
-    left, right = (0, 1) if contacts[0][0, 1] > contacts[1][0, 1] else (1, 0)
-    toe = [tables[k][heading("toe", unit)].to_numpy() for k in (left, right)]
-    rise = [tables[k][heading("roll centre", unit)].to_numpy() for k in (left, right)]
-    (y1, z1), (y2, z2) = ((contacts[k][:, 1], contacts[k][:, 2]) for k in (left, right))
+    seats = [contact_point(motion, wheel) for wheel in wheels]
     with np.errstate(all="ignore"):
-        beside = (z1 + rise[0] - z2 - rise[1]) / (rise[0] / y1 - rise[1] / y2)
-        beside = np.where(np.isclose(rise[0] / y1, rise[1] / y2, rtol=0, atol=1e-12), np.nan, beside)
-        ground = z1 + (z2 - z1) * (beside - y1) / (y2 - y1)
-        angles = -np.radians(toe[0]), np.radians(toe[1])
+        inwards = [toe(n, np.array([side])) for (_, n, _), side in zip(seats, (1.0, -1.0), strict=True)]
+        angles = -np.radians(inwards[0]), np.radians(inwards[1])
+        reason, rolling = _in_roll(motion, wheels, seats, steer)
+        reasons = dict.fromkeys(rolling, reason)
         columns = {
-            "track": y1 - y2,
-            "total toe": toe[0] + toe[1],
+            "track": seats[0][2][:, 1] - seats[1][2][:, 1],
+            "total toe": inwards[0] + inwards[1],
             "steering angle": np.degrees(angles[0] + angles[1]) / 2,
-            "roll centre height": z1 + rise[0] * (1 - beside / y1) - ground,
-            "roll centre offset": beside,
+            **rolling,
         }
         if wheelbase is not None:
             base = positive("wheelbase", wheelbase)
+            turned = np.where(angles[0] * angles[1] > 0, 1.0, np.nan)
             to_left = angles[0] + angles[1] > 0
             inner = np.abs(np.where(to_left, angles[0], angles[1]))
             outer = np.abs(np.where(to_left, angles[1], angles[0]))
             ideal = np.arctan2(base * np.tan(outer), base - columns["track"] * np.tan(outer))
             columns |= {
-                "Ackermann": 100 * (inner - outer) / (ideal - outer),
-                "turning circle": 2 * base / np.sin(outer),
+                "Ackermann": turned * 100 * (inner - outer) / (ideal - outer),
+                "turning circle": turned * 2 * base / np.sin(outer),
             }
-    return framed(motion, {heading(name, unit, AXLE): column for name, column in columns.items()})
+            if np.isnan(turned).any():
+                reasons |= dict.fromkeys(("Ackermann", "turning circle"), STRAIGHT)
+    unit = motion.mechanism.unit
+    table = framed(motion, {heading(name, unit, AXLE): column for name, column in columns.items()})
+    table.attrs["reasons"] = {heading(name, unit, AXLE): why for name, why in reasons.items() if why}
+    return table
+
+
+def _in_roll(
+    motion: Motion, wheels: list[Wheel], seats: list[tuple[Array, Array, Array]], steer: Scalar | None
+) -> tuple[str, dict[str, Array]]:
+    """Compute the columns of roll, heave and steering held, and the reason for NaN.
+
+    The roll centre is where the normals to the paths of both contact points meet.
+    """
+    left, right = map(height, wheels)
+    still = [(left + right) / 2, *([steer] if steer else [])]
+    slopes, turns, cambers, velocities = list[Array](), list[Array](), list[Array](), list[Array]()
+    reason = ""
+    for wheel, (centre, n, contact) in zip(wheels, seats, strict=True):
+        moved = seen(motion, wheel, centre, left - right, still)
+        reason = reason or moved.reason
+        patch = moved.velocity + cross(moved.spin, contact - centre)
+        slopes.append(patch[:, 1] / patch[:, 2])
+        turn, camber, velocity = rates(n, moved, wheel.rolling_radius())
+        turns.append(turn)
+        cambers.append(camber)
+        velocities.append(velocity)
+    one, two = (contact for _, _, contact in seats)
+    across, rise = (one - two)[:, 1], (two - one)[:, 2]
+    spread, lift = (velocities[0] - velocities[1])[:, 1], (velocities[1] - velocities[0])[:, 2]
+    roll = (lift * across - rise * spread) / (across**2 + rise**2)
+    level = [contact[:, 2] + contact[:, 1] * slope for (_, _, contact), slope in zip(seats, slopes, strict=True)]
+    parallel = np.isclose(slopes[0], slopes[1], rtol=0, atol=PARALLEL)
+    beside = np.where(parallel, np.nan, (level[0] - level[1]) / (slopes[0] - slopes[1]))
+    ground = one[:, 2] - rise * (beside - one[:, 1]) / across
+    return reason, {
+        "roll centre height": level[0] - slopes[0] * beside - ground,
+        "roll centre offset": beside,
+        "roll steer": (turns[0] + turns[1]) / 2 / roll,
+        "roll camber": (cambers[1] - cambers[0]) / 2 / roll,
+    }
