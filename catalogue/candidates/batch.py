@@ -97,7 +97,7 @@ class CandidateBatch(Rows):
 
 
 def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Integers) -> CouplerCurve | CircuitCurve:
-    """Return coupler curves (n,) from the present positions, in charts (n,) or along circuits."""
+    """Return coupler curves (n,) from the present positions: in charts, or along whole circuits."""
     if (chart == CIRCUIT).any():
         return along_circuits(linkage, point)
     return coupler_curve(linkage, point, pole=pole, chart=chart)

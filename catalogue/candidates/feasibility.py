@@ -97,7 +97,7 @@ class Feasibility:
 
 
 def weight(name: str, relaxed: str = "") -> float:
-    """Return the weight of a violation in the total; if one is relaxed, others count fully."""
+    """Return the weight of a violation in the total; `relaxed` names a constraint to give way."""
     return WEIGHTS.relaxed if name == relaxed else WEIGHTS.deviation if name == "deviation" and not relaxed else 1.0
 
 

@@ -1,7 +1,7 @@
 """Selection of answers: the best that are unlike each other.
 
-Few are of one series while there are others; by several criteria Pareto fronts come one after the
-other, each spread over its range.
+The number of one series is limited while other series are left.  Several criteria give Pareto
+fronts, one after the other, each spread over its range.
 
 Likeness is that of designs, whatever their scale, placement and mirror image. A candidate is placed
 so that its path runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of

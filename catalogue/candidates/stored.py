@@ -26,14 +26,14 @@ def linkages(pivots: Floats, kind: Array) -> Linkage:
 def canonical(rows: Mapping[str, Array]) -> CouplerCurve:
     """Return stored guides in their canonical frame, whose origin is the pole.
 
-    Those of slots in the motion of the slot.
+    Guides with slots are inverted: they move as the slot does.
     """
     z = rows["x"] + 1j * rows["y"]
     return coupler_curve(linkages(stacked_pivots(rows), rows["kind"]), z, pole=np.zeros_like(z))
 
 
 def origin(rows: Mapping[str, Array]) -> Origin:
-    """Return what stored guides are."""
+    """Return the identities of stored guides, as origins of candidates."""
     none = np.zeros(len(rows["id"]), int)
     return Origin(rows["id"], rows["family"], rows["series"], rows["configuration"], rows["contact_order"], none)
 

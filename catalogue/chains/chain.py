@@ -170,7 +170,7 @@ class Chain:
         return self.u[group.inner], self.u[b.joint]
 
     def lengths(self, group: Dyad) -> Floats:
-        """Return the least of the lengths that a dyad needs, (n,) [length]."""
+        """Return the shortest rod of a dyad, else the size of the chain, (n,) [length]."""
         rods = self.rods(group)
         if group.kind in (PRP, RPP):
             return self.size

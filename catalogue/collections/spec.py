@@ -122,16 +122,16 @@ class Measured:
     Parameters
     ----------
     deviation : float
-        NaN if it cannot be placed there.  Of an arc whose radius is given the largest distance from
-        the best-placed arc of exactly that radius [length].
+        Largest distance from the path; from the best-placed arc of the radius where one is given.
+        NaN if the mechanism cannot be placed [length].
     radius : float or None
-        Of the arc that the deviation is from: the one given, else the best; None for a line.
+        Radius of that arc: the given one, else that of the best arc; None for a line [length].
     metrics : mapping
-        As in `Specimen`, lengths in the user's unit.
+        Values by the names of the metrics, lengths in the user's unit.
     parameters : mapping
-        The mechanism as laid: every length in the user's unit, the path from the origin along +x.
+        The placed mechanism, its path from the origin along +x, lengths in the user's unit.
     reason : str
-        Why not, if it cannot.
+        Reason why the mechanism cannot be placed, if the deviation is NaN.
     """
 
     deviation: float

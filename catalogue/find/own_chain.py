@@ -419,8 +419,10 @@ class ChainStretch(OwnChain):
 
     Attributes
     ----------
-    stroke, deviation, size : float
-        As of a `Candidate`; the size is the diameter of all joints over the stroke [length].
+    stroke, deviation : float
+        Length of the path, and half the width of the strip or annulus that holds it [length].
+    size : float
+        Diameter of all joints over the stroke [length].
     radius : float or None
         Radius of the fitted or given arc [length].
     min_transmission : float

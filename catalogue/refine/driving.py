@@ -26,7 +26,7 @@ class Driving:
     of: Quantities
 
     def __call__(self, name: str) -> Pieces:
-        """Return the pieces by which a bound on the drive is broken.
+        """Return the violation of a bound on the drive, as pieces.
 
         Angles are in radians, others in parts of the bound.
         """
@@ -91,7 +91,7 @@ class Driving:
 
     @cached_property
     def _turning(self) -> Row:
-        """Rotation of that crank per length of the path."""
+        """Rotation of the driving crank per length of the path."""
         along = differentiation(len(self.of.pose.d) - 1)
         (angle, by), (ahead, by_ahead) = ([times(along, x) for x in row] for row in (self._crank, self.of.at(2, 1)))
         speed = np.abs(ahead)
@@ -101,7 +101,7 @@ class Driving:
 
     @property
     def _side(self) -> Floats:
-        """In which sense the crank turns on the whole, 1 or -1."""
+        """Sense in which the crank turns over the whole stroke, 1 or -1."""
         return np.asarray(np.sign(self._turning[0].sum(0)))
 
     @property
@@ -121,7 +121,7 @@ def _extremes(values: Floats) -> tuple[Indices, Indices]:
 
 
 def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs of stations, (n,) each: one may become the largest, the other the least."""
+    """Yield pairs of stations (n,): of the largest or the least value, and each other."""
     for station in range(count):
         yield most, np.full_like(least, station)
         yield np.full_like(most, station), least

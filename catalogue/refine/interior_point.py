@@ -96,7 +96,7 @@ class _Iterates(Rows):
 
 @dataclass(frozen=True)
 class _Missing(Rows):
-    """What is missing from the conditions of optimality."""
+    """Residuals of the conditions of optimality."""
 
     rows: Floats  #: (n, k), primal residuals
     gradient: Floats  #: (n, p), dual residuals
@@ -109,7 +109,7 @@ class _Missing(Rows):
 
 
 def _missing(of: _Programmes, at: _Iterates) -> _Missing:
-    """Return what iterates lack."""
+    """Compute the residuals of iterates."""
     return _Missing(
         (of.rows @ at.x[..., None])[..., 0] + at.slack - of.right,
         of.weight * at.x + of.cost + (of.columns @ at.dual[..., None])[..., 0],

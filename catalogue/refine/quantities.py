@@ -58,18 +58,18 @@ class Pieces(NamedTuple):
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
 
     def in_basis(self, basis: Floats) -> Pieces:
-        """Return the pieces by other coordinates, less those of no guide.
+        """Express the slopes in p other coordinates; drop pieces that no guide has.
 
-        `basis`, (n, 10, p), has the derivatives of the coordinates by the others.
+        `basis`, (n, 10, p), holds the derivatives of the 10 coordinates by the others.
         """
         some = np.flatnonzero((self.value > NONE).any(axis=0))
         some = some if len(some) else np.zeros(1, int)
         return Pieces(self.value[:, some], self.slope[:, some] @ basis)
 
     def raised(self, to: Floats) -> Pieces:
-        """Shift all pieces of each guide so that the largest is the value given, shape (n,).
+        """Shift the pieces of each guide so that their largest is a given value, shape (n,).
 
-        That is the measure between the stations as well.
+        The given value counts the path between the stations too, which the pieces leave out.
         """
         return self.less(np.nan_to_num(self.value.max(1) - to))
 
@@ -276,7 +276,8 @@ class Quantities:
     def _transmission(self) -> Pieces:
         """Return minus the transmission angles at the stations [right angles].
 
-        The given crank drives; all are lowered by as much as the least one between stations is.
+        The given crank drives.  All angles are lowered until the least of them is that of the whole
+        path, which may lie between stations.
         """
         driver = self.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
@@ -391,7 +392,7 @@ class Quantities:
         return Driving(self).uniformity()
 
     def _turning(self) -> Pieces:
-        """Return by which length the best crank fails to turn fully; see `guidance.metrics`."""
+        """Return the length that the best crank lacks for a full turn; see `guidance.metrics`."""
         built = self.machine
         kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
@@ -452,7 +453,7 @@ def plus(*terms: tuple[Floats | float, Row]) -> Row:
 
 
 def ratio(one: Row, other: Row) -> Row:
-    """Return what one row is of another."""
+    """Return the quotient of two rows, with its slope."""
     value = one[0] / other[0]
     return value, (one[1] - value[:, None] * other[1]) / other[0][:, None]
 

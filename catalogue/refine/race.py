@@ -90,7 +90,7 @@ class Race:
 
     @property
     def merit(self) -> Floats:
-        """Cost of the best of each; where limits are broken, more than any such cost."""
+        """Cost of the best of each; an infeasible one costs more than all feasible ones."""
         cost, violation = self.best.cost, self.best.violation
         met = violation <= 0
         worst = np.max(cost, where=met, initial=0.0)

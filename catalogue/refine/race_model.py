@@ -215,7 +215,7 @@ class _Ranked:
 
 
 def _both_sides(error: Floats, slope: Floats) -> Pieces:
-    """Return errors (n, m) and what they are less than 0 by as pieces."""
+    """Return errors (n, m) and their negatives as pieces, so that both sides are bounded."""
     return Pieces(np.concatenate([error, -error], axis=1), np.concatenate([slope, -slope], axis=1))
 
 

@@ -86,17 +86,17 @@ class Refinement:
     """n candidates in refinement by `step`; arrays of shape (n,)."""
 
     problem: Problem
-    current: CandidateBatch  #: where each is now
+    current: CandidateBatch  #: present linkages
     moves: Parametrisation
     nominal: Nominal | None
-    best: CandidateBatch  #: the cheapest of each that met all constraints; where none did, the nearest to that
-    best_cost: Floats  #: infinite where none met them
-    nearest: Floats  #: least violation there was
-    violation: Floats  #: of the current ones, all constraints together
+    best: CandidateBatch  #: of each the cheapest feasible linkage so far, else the one of least violation
+    best_cost: Floats  #: infinite where no linkage was feasible
+    nearest: Floats  #: least violation so far
+    violation: Floats  #: sum of the violations of the present linkages
     radius: Floats
     penalty: Floats
-    active: Mask  #: which are still refined
-    stalled: Array  #: for how many rounds the merit has hardly fallen
+    active: Mask  #: candidates that have not converged
+    stalled: Array  #: number of rounds without a gain of merit
     hasty: bool = False  #: whether they rest after the first round that gains little
     rounds: int = 0
     evaluated: int = 0  #: candidates measured in these rounds
@@ -243,9 +243,9 @@ class Refinement:
         penalty: Floats,
         share: Floats | float = 1.0,
     ) -> Trials:
-        """Return the trials of one step of guides within radii.
+        """Take one step within each trust radius, and measure the trials.
 
-        `each` of those here, using a share of the deviation.
+        `each` numbers the candidate of a trial; `share` is the part of the tolerance to use.
         """
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)

@@ -108,7 +108,7 @@ def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
 
 
 class _Programme(NamedTuple):
-    """What `solve` takes; the last 2 p rows are those of the radius."""
+    """Arguments of `solve`; the last 2 p rows are those of the radius."""
 
     weight: Floats  #: (n, width)
     cost: Floats  #: (n, width)
@@ -192,7 +192,7 @@ def _with_error(
 ) -> tuple[Floats, Mapping[int, Floats]]:
     """Return the terms of the present error in rows that rise with the largest error.
 
-    What it lifts their right sides by, (n, 1) or 0, and their coefficients in its column.
+    These are the increase of their right sides, (n, 1) or 0, and their coefficients in its column.
     """
     if name not in problem.by_error:
         return np.zeros((1, 1)), {}

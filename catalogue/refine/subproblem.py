@@ -76,8 +76,8 @@ class Parametrisation(Protocol):
 class PivotCoordinates:
     """Coordinates of the pivots and the guided point, in units of their distance from that point.
 
-    After each step an answer is placed along its path again.  This moves also held pivots, by the
-    turn and shift of the path, the less the shorter the steps become.
+    Each step ends with placing the linkage along the path again.  That turns and shifts held pivots
+    too, but less and less as the steps become shorter.
     """
 
     frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
@@ -124,14 +124,14 @@ class Subproblem:
     error: Floats  #: (n, m), distances from the nominal along the path [strokes]
     jacobian: Floats  #: (n, m, p)
     limits: Mapping[str, Pieces]  #: constraints: value + slope s <= 0
-    measures: Mapping[str, Pieces]  #: what the cost is a function of: each the largest of value + slope s
-    marginal: Mapping[str, Floats]  #: (n,), what the cost rises by per unit of each measure that becomes worse
-    allowed: Floats  #: (n,), largest distance that is allowed
-    by_error: Mapping[str, Floats]  #: (n,), what constraints and measures rise by per unit of the largest error
-    relaxed: str = ""  #: the constraint that is to be broken as little as the others allow
+    measures: Mapping[str, Pieces]  #: arguments of the cost: of each the largest value + slope s
+    marginal: Mapping[str, Floats]  #: (n,), increase of the cost per unit of each measure
+    allowed: Floats  #: (n,), tolerance of the distances [strokes]
+    by_error: Mapping[str, Floats]  #: (n,), increase of constraints and measures per unit of the largest error
+    relaxed: str = ""  #: name of the constraint whose violation is minimised
 
     def __getitem__(self, index: Indices) -> Subproblem:
-        """Return the problems of some guides, or all again and again."""
+        """Return the problems of the guides numbered, in this order, with repetitions."""
 
         def some(every: Mapping[str, Pieces]) -> dict[str, Pieces]:
             return {name: Pieces(p.value[index], p.slope[index]) for name, p in every.items()}
@@ -297,8 +297,8 @@ def differences(
 ) -> dict[str, Pieces]:
     """Return constraints with differenced derivatives of the amounts by which they are broken.
 
-    They are differenced on the finite motion of those guides for which one of them is near; for
-    others they are as good as constant.
+    Differences are taken on the finite motion of guides that are near a bound; for others the
+    constraints count as constant.
     """
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])

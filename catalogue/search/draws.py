@@ -1,4 +1,4 @@
-"""What synthesised starts share: suitable families, draws of fixed pivots and curvatures."""
+"""Common parts of synthesised starts: suitable families, draws of fixed pivots and curvatures."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Flo
 
 
 def summit(curvature: Floats) -> Complexes:
-    """Return where paths of curvatures (n,) [1/stroke] are in mid-stroke."""
+    """Return the points of paths of curvatures (n,) [1/stroke] in mid-stroke."""
     return np.asarray(0.5 - 0.25j * curvature / (1 + np.sqrt(1 - 0.25 * curvature**2)), complex)
 
 

@@ -50,11 +50,11 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
 
 
 def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return linkages in Cardan motion, measured; None if none reaches over the stroke.
+    """Draw linkages in Cardan motion, and measure them; None if none reaches over the stroke.
 
-    A circle rolls inside one of twice its radius: each of its points runs along a line through the
-    centre of that one, which lies on the path.  Two points of it are in sliders, or one is and its
-    own centre on a crank.
+    A circle rolls inside another of twice its radius, whose centre lies on the path.  Each point of
+    the rolling circle runs along a line through that centre.  Sliders guide two such points, or a
+    slider guides one and a crank the centre of the rolling circle.
 
     Parameters
     ----------
@@ -63,8 +63,7 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     kinds : list of str
         Families to make: ``elliptic-trammel``, ``slider-crank``, or both.
     count : int
-        How many are drawn; those out of proportion, or with paths shorter than the stroke, are
-        left out.
+        Number of draws; linkages out of proportion, or whose path is too short, are left out.
 
     Source: Allievi 1895, series II.ooo and II.xoy; the draws are ours.
     """

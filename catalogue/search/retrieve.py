@@ -212,7 +212,7 @@ def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
 
 
 def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Floats]:
-    """Return the quantities of a ranking, as far as stored reaches tell them.
+    """Return the arguments of a ranking that are known of stored reaches.
 
     See `candidates.feasibility.values`.
     """
@@ -233,7 +233,7 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
 
 
 def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]) -> Floats:
-    """Return by how much stored reaches are likely to break the constraints, shape (n,)."""
+    """Estimate the violations of the constraints by stored reaches, shape (n,)."""
     bounds = problem.constraints
     broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATES + missing
     for row in SIZES:
@@ -324,7 +324,7 @@ def candidates_of(
 def _within(
     problem: Problem, guides: CouplerCurve, traced: Traced, half: Floats, most: Floats, centre: Floats
 ) -> Traced:
-    """Fit the windows of guides to the tolerance, by the secant method on logarithms.
+    """Fit the windows of guides to the tolerance by the secant method on logarithms.
 
     Where the deviation is ranked, only those that exceed it are cut.
     """
@@ -348,8 +348,8 @@ def _read_guides(
 ) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame.
 
-    Its origin is the pole (of slots in their motion).  With them come their half windows, the
-    middles of these, and what they are.
+    The origin of this frame is the pole; a slot is seen from the coupler.  The half windows, their
+    middles and the origins of the guides are returned too.
     """
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level"), int),

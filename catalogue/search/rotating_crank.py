@@ -112,7 +112,7 @@ def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
 def _rotating(count: int, random: np.random.Generator) -> Linkage:
     """Draw `count` four-bars, and return those whose crank 1 turns fully.
 
-    In a position on its turn; the crank has the length 1, or the frame has, of drag links.
+    Each is in a random position.  The crank has the length 1; of drag links the frame has.
     """
     ground, coupler, other = np.exp(random.uniform(0, np.log(DRAWS.longest), (3, count)))
     length = np.ones(count)

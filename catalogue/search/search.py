@@ -80,18 +80,18 @@ LIKELY = 4
 
 
 def by_deviation(problem: Problem) -> Problem:
-    """Return the problem of the least deviation within any tolerance, the same for all of them."""
+    """Return the problem of the least deviation, whatever the requested tolerance."""
     ranking = replace(problem.ranking, weights={"deviation": 1.0}, front=())
     path = replace(problem.path, deviation=max(problem.deviation, LOOSEST))
     wanted = problem.constraints
-    if wanted.min_allowance:  # which is said of the tolerance
+    if wanted.min_allowance:  # an allowance depends on the tolerance
         path = problem.path
     return replace(problem, path=path, ranking=ranking)
 
 
 @dataclass
 class Search:
-    """A search for a problem, and what it found.
+    """A search for a problem, with its answers.
 
     Of each refined start the cheapest point inside the constraints is kept, else the nearest one.
     """
@@ -124,20 +124,20 @@ class Search:
         return self
 
     def step(self) -> None:
-        """Run the next phase; the list of what was found only improves."""
+        """Run the next phase; it never makes the list worse."""
         ended = next(self._phases, "found")
         if ended:
             self._leave_out()
             self.status = ended if self._feasible else "exhausted"
 
     def _leave_out(self) -> None:
-        """Have what is outside the tolerance asked for cost infinitely much."""
+        """Set the cost of answers outside the requested tolerance to infinity."""
         if self.found is not None and self.problem is not self._asked:
             met = feasibility(self._asked, self.found).all
             self.cost = np.where(met, self.cost, np.inf)
 
     def again(self) -> Search:
-        """Return a search for the same from other starts."""
+        """Return a new search of this problem, from other starts."""
         fresh: dict[str, Any] = {"found": None, "warm": False, "cost": np.zeros(0), "status": "searching"}
         another = replace(self, problem=self._asked, given=None, effort=self.effort + 1, **fresh)
         another.starts.taken = self.starts.taken
@@ -195,7 +195,7 @@ class Search:
         return self._enough_for_all or next(filter(None, self._hops()), "found")
 
     def _hops(self) -> Iterator[str]:
-        """Refine perturbed copies of the best until that is in vain."""
+        """Refine perturbed copies of the best answer until none is better."""
         in_vain = 0
         for _ in range(self.budget.hops):
             before = self._least
@@ -289,7 +289,7 @@ class Search:
     def _lead_in(self) -> None:
         """Minimise the deviation under the other constraints until it is small enough, then refine.
 
-        So no tolerance is denied that a search for the least deviation reaches.
+        A tolerance is thus met wherever a search for the least deviation would meet it.
         """
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
@@ -307,7 +307,7 @@ class Search:
             self._take(nearest, NEAREST)
 
     def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
-        """Return those that meet all constraints, None if there are none."""
+        """Return the feasible candidates, None if there are none."""
         if found is None or not len(found):
             return None
         met = np.flatnonzero(feasibility(self.problem, found).all)
@@ -315,11 +315,11 @@ class Search:
 
     # -- what was found --------------------------------------------------------------------
     def _put_aside(self, refinement: Refinement) -> None:
-        """Add the best points of a refinement to what was found."""
+        """Add the best points of a refinement to the answers."""
         self._add(refinement.best, refinement.best_cost)
 
     def _add(self, candidates: CandidateBatch, costs: Floats) -> None:
-        """Add candidates with their costs to what was found."""
+        """Add candidates with their costs to the answers."""
         if len(candidates):
             self.found = candidates if self.found is None else join(self.found, candidates)
             self.cost = np.concatenate([self.cost, costs])
@@ -377,17 +377,17 @@ class Search:
 
     @property
     def _has_bound(self) -> bool:
-        """Whether it is known how good an answer can be at best."""
+        """Whether the best possible cost is known."""
         return self.refines and np.isfinite(self.problem.ranking.good)
 
     @property
     def _in_gap(self) -> bool:
-        """Whether no answer can be much better than the best that was found."""
+        """Whether the best answer is near the best possible cost."""
         return self._has_bound and self.problem.effort <= 1 and self._least <= self.problem.ranking.good
 
     @property
     def _worth_something(self) -> Array:
-        """Which of those found meet the constraints and have no faults."""
+        """Mask of the feasible answers without faults."""
         if self.found is None:
             return np.zeros(0, bool)
         return np.asarray(np.isfinite(self.cost) & (faults(self.problem, self.found) == 0))
@@ -404,15 +404,15 @@ class Search:
         return sum(min(each, most) for each in count.values()) >= wanted
 
     def _one_suffices(self, refinement: Refinement) -> bool:
-        """Whether no more than one answer is wanted, and it is there."""
+        """Whether one answer is requested and a feasible one is found."""
         return self.enough == 1 and bool(np.isfinite(refinement.best_cost).any())
 
     @property
     def _least(self) -> float:
-        """The least cost of what was found, infinite before."""
+        """Least cost of the answers, infinite if there are none."""
         return float(np.min(self.cost, initial=np.inf))
 
     def _gained(self, before: float) -> bool:
-        """Whether the least cost has fallen since it was as given."""
+        """Whether the least cost is below a former one by more than `GAIN`."""
         unit = abs(before) if self._by_deviation else max(abs(before), 1.0)
         return self._least < (before - GAIN * unit if np.isfinite(before) else before)

@@ -51,7 +51,7 @@ SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", 
 
 
 def is_constrained(problem: Problem) -> bool:
-    """Return whether more is asked for than sorts of guides."""
+    """Tell whether a problem has constraints other than the sorts of guides."""
     return any(name not in SORTS for name in problem.constraints.active())
 
 
@@ -81,13 +81,13 @@ class SearchReport:
 
 @dataclass
 class Starts:
-    """Where the starts of a search come from; no stored guide is one twice."""
+    """Supply the starts of a search: stored guides, each once, and synthesised ones."""
 
     problem: Problem
     database: Database
     report: SearchReport
-    effort: int = 1  #: which search for the problem this is, from 1: the seed of what is drawn
-    refines: bool = True  #: whether starts are refined; else they must meet the constraints
+    effort: int = 1  #: number of the search for this problem, from 1: seed of the random starts
+    refines: bool = True  #: whether starts are refined; else they must be feasible
     given: CandidateBatch | None = None  #: starts from elsewhere
     taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides taken so far
 
@@ -122,7 +122,7 @@ class Starts:
         return self._joined([self._copies(found)], count)
 
     def likely(self, near: CandidateBatch, count: int) -> CandidateBatch | None:
-        """Return those first stored starts that are most like one candidate, or most promising."""
+        """Return `count` stored starts most like a candidate, and `count` most promising ones."""
         parts = self._circling() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
         starts = self._joined(parts, LIKELY_OF)
         if starts is None:
@@ -139,7 +139,7 @@ class Starts:
     def _joined(
         self, parts: Sequence[CandidateBatch | None], count: int, *, with_given: bool = False
     ) -> CandidateBatch | None:
-        """Return so many of the most promising of each part, after those given."""
+        """Join the `count` most promising starts of each part, and the given ones."""
         kept = [self.promising(part, count) for part in parts if part is not None and len(part)]
         if with_given and self.given is not None and len(self.given):
             kept.append(self.given)
@@ -206,7 +206,7 @@ class Starts:
     def _copies(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return randomly perturbed copies of the best points found.
 
-        None for returning points, which perturbed no longer return, and without refinement.
+        None without refinement, and for returning points: a perturbed one does not return.
         """
         if found is None or not self.refines or self.problem.constraints.returns:
             return None
@@ -230,7 +230,7 @@ class Starts:
         return starts[unlike(pivots, merit, count, mirror=mirror)]
 
     def _merits(self, candidates: CandidateBatch) -> Floats:
-        """Return what candidates cost and break together, shape (n,)."""
+        """Return the sum of cost and violation of candidates, shape (n,)."""
         broken = feasibility(self.problem, candidates)
         with np.errstate(invalid="ignore"):
             merit = cost(self.problem, candidates) + PENALTY * broken.total

@@ -1,7 +1,7 @@
 """Tables of a results file: requests, their results by round, answers.
 
-Of each request the result of the last round counts.  Earlier ones are kept: a study that was killed
-decides by them as it did before, and so ends with the same table.
+Of each request the result of the last round counts.  Earlier results are kept: a study that was
+killed repeats its decisions from them, and so ends with the table of an undisturbed one.
 """
 
 from __future__ import annotations
