@@ -81,7 +81,7 @@ class Poses:
 
     @cached_property
     def extent(self) -> Floats:
-        """Diameter of all joints at all positions, but for a part in 1e5, shape (n,) [length]."""
+        """Diameter of all joints at all positions, within a part in 1e5, shape (n,) [length]."""
         places = np.concatenate([self.joint(j) for j in range(len(self.chain.z))])
         widest, directions = np.zeros(len(self.chain)), 360
         for way in np.exp(1j * np.pi * np.arange(directions) / directions):

@@ -204,7 +204,7 @@ class _Tangent:
     def _pinned(
         self, bar: int, velocity: Complexes, place: Complexes, spin: Floats | float, known: Floats | float
     ) -> None:
-        """Set a bar whose point at a place has a velocity."""
+        """Set the motion of a bar from its spin and the velocity of one point."""
         away = self.poses.at[bar] - place
         self.spin[bar] = spin
         self.move[bar] = velocity + 1j * spin * away + self.turned(self.poses.at[bar], place, known)

@@ -457,7 +457,7 @@ class _Search:
         return "\n".join([*lines, f"in {1000 * self.seconds:.0f} ms"])
 
     def _relaxed(self, test: str) -> float:
-        """Return the value of the nearest at a test, rounded to the side that admits it."""
+        """Return a bound, rounded, that admits the specimen nearest to passing a test."""
         from .explain import rounded
 
         value = self.nearest[test][1]

@@ -262,7 +262,7 @@ class _Made:
         return given, (low, high) if ahead else (high, low)
 
     def _followed(self, candidate: CollectionCandidate) -> ChainCircuits:
-        """Return the circuit of an answer, where its path was asked for."""
+        """Return the circuit of an answer, placed along its path."""
         p, one = candidate.parameters, self.families[candidate.family]
         z = np.array([[complex(*p["joints"][joint])] for joint in one.structure.joints])
         u = np.array([[complex(*way)] for way in p["slides"]]).reshape(-1, 1)
@@ -377,7 +377,7 @@ class _Laid:
         return made
 
     def measured(self, values: Sequence[Mapping[str, float]]) -> list[Measured]:
-        """Return all, as measured."""
+        """Return the measures of all mechanisms, with a reason for each that has none."""
         made = []
         for i in range(len(self.low)):
             if not np.isfinite(self.deviation[i]):

@@ -164,8 +164,8 @@ class _Problem:
 def _from_nominal(z: Complexes, dz: Array, circle: bool) -> tuple[Floats, Floats]:
     """Compute distances of points (m, n) from the least-squares line or parabola over the chord.
 
-    For short arcs the parabola stands for a circle, with an error of the square of the distances.
-    The slopes are those at a fixed nominal, as the best one is stationary.
+    For short arcs the parabola replaces a circle, with an error of the square of the distances.
+    The slopes hold the nominal fixed: at the best one its moves have no first-order effect.
     """
     closed = np.isfinite(z).all(0) & np.isfinite(dz).all((0, 1)) & (z[0] != z[-1])
     chord = np.where(closed, z[-1] - z[0], 1)

@@ -52,7 +52,7 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         Of the rows, all positive.
     """
     n, k, p = rows.shape
-    if n > IPM.block:  # what a processor has at hand: else its memory is what takes time
+    if n > IPM.block:  # a block fits in the cache of a core
         each = [slice(i, i + IPM.block) for i in range(0, n, IPM.block)]
         parts = [solve(weight[s], cost[s], rows[s], right[s]) for s in each]
         return np.concatenate([x for x, _ in parts]), np.concatenate([y for _, y in parts])

@@ -38,7 +38,7 @@ CUT = (0.02, 1.5)
 GROWTH = 4.5
 #: Typical power of the tolerance with which the stroke grows.
 GAIN = 0.22
-#: Violation of an e-fold of deviation too much [radians].
+#: Violation of a deviation e times the tolerance [radians].
 DEVIATES = 0.1
 #: Violation of a tolerance by which a straight line is off a flat arc [radians].
 UNBENT = 0.02
@@ -48,19 +48,19 @@ TURNS_NOT = 0.3
 UNKNOWN = 0.5
 #: Corrections of the window of a return guide.
 CORRECTIONS = 4
-#: Part of the tolerance that it is to use.
+#: Part of the tolerance that a return guide should use.
 USED = 0.995
 #: Starts of one series that differ by less than this in size [strokes] and transmission angle
 #: [right angles] are one.
 CELL = (0.15, 0.12)
-#: Allowance of a typical stored guide that uses no tolerance [deviations asked].
+#: Allowance of a typical stored guide of no deviation [requested tolerances].
 TYPICAL_ALLOWANCE = 4.0
 #: Uniformity of a stored reach: none is stored, so that starts are told apart by what they break.
 TYPICAL_UNIFORMITY = 0.6
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
-#: Largest file of which a search checks the seal [bytes]: a larger one would take it longer than
-#: the search.
+#: Largest file whose seal is checked before a search [bytes]: checking a larger one takes longer
+#: than the search.
 WHOLE = 100_000_000
 
 

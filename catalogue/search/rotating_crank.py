@@ -31,9 +31,9 @@ class Draws:
     longest: float = 16.0  #: largest length of a link [shortest links]
     each: int = 25  #: linkages drawn for one that is kept
     drag_links: float = 0.3  #: share of those whose frame is the shortest link: both cranks turn
-    positions: int = 17  #: of a crank, that are looked at
+    positions: int = 17  #: positions of a crank at which a path is read
     turned: tuple[float, float] = (0.7, 2.8)  #: angle of a crank over the stroke, if none is asked [rad]
-    dragged: tuple[float, float] = (0.2, 1.6)  #: that of a drag link, whose cranks are longer [rad]
+    dragged: tuple[float, float] = (0.2, 1.6)  #: of a drag link, whose cranks are longer [rad]
 
 
 DRAWS = Draws()

@@ -38,24 +38,24 @@ class Budget:
     """How far a search goes."""
 
     short: int = 30  #: starts of the short phase
-    followed: int = 15  #: of these, refined to the end
+    followed: int = 15  #: starts of the short phase refined to the end
     per_kind: int = 60  #: starts of a race, of each kind
     raced: int = 150  #: starts of a race
-    rounds: int = 15  #: of a race
+    rounds: int = 15  #: rounds of a race
     dense: int = 4  #: more rounds at twice as many stations
-    leaders: int = 20  #: of a race, refined
+    leaders: int = 20  #: leaders of a race that are refined
     tried: int = 40  #: starts of each kind refined without a race, and of all in a second round
-    kept: int = 24  #: of these, refined to the end
+    kept: int = 24  #: starts refined to the end after the second round
     farther: int = 6  #: rounds of refinement after the second
     broad: int = 3  #: broad phases after the first, where there are too few answers
     hops: int = 10  #: phases of perturbed copies
     hopped: int = 40  #: perturbed copies of a phase
-    landed: int = 12  #: leaders of a race of these
+    landed: int = 12  #: leaders of a race of perturbed copies
     rare: int = 40  #: starts of a family that are too few for a race
-    in_vain: int = 2  #: such phases in a row that gain nothing and end the search
+    in_vain: int = 2  #: phases of perturbed copies in a row without a gain, which end the search
     known: int = 4  #: answers to a tighter problem that are refined
-    beside: int = 10  #: stored starts beside these
-    known_followed: int = 8  #: of both, refined to the end
+    beside: int = 10  #: stored starts beside answers to a tighter problem
+    known_followed: int = 8  #: starts beside a tighter problem refined to the end
 
 
 BUDGET = Budget()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -214,30 +215,34 @@ def test_it_is_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_what_cannot_be_asked_is_refused() -> None:
-    mine = mechanism(JANSEN)
-    assert "on no circuit does its point run forward over a stroke of 500" in mine.measure(stroke=500).explain()
-    with pytest.raises(InvalidRequest, match="not measured yet on mechanisms of many bars"):
-        mine.measure(radius=30, angle=300)
-    with pytest.raises(InvalidRequest, match="say over which stroke"):
-        mine.measure()
-    with pytest.raises(InvalidRequest, match="give the stroke or the deviation alone"):
-        mine.measure(stroke=30, deviation=1)
-    with pytest.raises(InvalidRequest, match="the distance of joint 'E' from itself is zero"):
-        mine.motion(5, between=[("E", "E")])
-    with pytest.raises(InvalidRequest, match="alone, not together with"):
-        measure([mine, guide(LENGTHS)], stroke=10)
-    with pytest.raises(InvalidRequest, match="a mechanism of many bars is made by"):
-        guide(JANSEN)
-    with pytest.raises(InvalidRequest, match="is a mapping, not 3"):
-        mechanism(3)  # type: ignore[arg-type]  # a user's mistake
-    with pytest.raises(InvalidRequest, match="name it there"):
-        mine.motion(points={"a": (0, 0)})
-    with pytest.raises(InvalidRequest, match="the drive of a mechanism of many bars"):
-        mine.motion(driver=1)
-    with pytest.raises(InvalidRequest, match="there is no joint 'X'"):
-        mine.motion(samples=3, between=[("X", "B")])
-    with pytest.raises(InvalidRequest, match="is not animated yet"):
-        mine.plot("a.svg", moving=True)
+def test_a_stroke_out_of_reach_is_explained() -> None:
+    assert (
+        "on no circuit does its point run forward over a stroke of 500"
+        in mechanism(JANSEN).measure(stroke=500).explain()
+    )
+
+
+@pytest.mark.parametrize(
+    ("ask", "message"),
+    [
+        (lambda mine: mine.measure(radius=30, angle=300), "not measured yet on mechanisms of many bars"),
+        (lambda mine: mine.measure(), "say over which stroke"),
+        (lambda mine: mine.measure(stroke=30, deviation=1), "give the stroke or the deviation alone"),
+        (lambda mine: mine.motion(5, between=[("E", "E")]), "the distance of joint 'E' from itself is zero"),
+        (lambda mine: mine.motion(3, between=[("X", "B")]), "there is no joint 'X'"),
+        (lambda mine: mine.motion(points={"a": (0, 0)}), "name it there"),
+        (lambda mine: mine.motion(driver=1), "the drive of a mechanism of many bars"),
+        (lambda mine: mine.plot("a.svg", moving=True), "is not animated yet"),
+        (lambda mine: measure([mine, guide(LENGTHS)], stroke=10), "alone, not together with"),
+        (lambda _: guide(JANSEN), "a mechanism of many bars is made by"),
+        (lambda _: mechanism(3), "is a mapping, not 3"),  # type: ignore[arg-type]  # a mistake
+    ],
+)
+def test_invalid_questions_are_refused(ask: Callable[[OwnChain], object], message: str) -> None:
+    with pytest.raises(InvalidRequest, match=message):
+        ask(mechanism(JANSEN))
+
+
+def test_a_chain_without_a_point_is_refused() -> None:
     with pytest.raises(InvalidLinkage, match="a chain needs 'point'"):
         mechanism({name: value for name, value in JANSEN.items() if name != "point"})
