@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Self, TypedDict, Unpack, overload
+from typing import TYPE_CHECKING, Any, Self, TypedDict, Unpack, overload
 
 from .folders import default_database
 from .given import names, switch, whole
@@ -236,7 +236,9 @@ class Catalogue:
         where: Mapping[str, tuple[float | None, float | None]] | None = None,
         special: Sequence[str] = (),
         refine: bool = False,
+        effort: int = 1,
         quiet: bool = False,
+        **constraints: Any,
     ) -> CollectionResults:
         """Search a collection of a plugin; rank and verify its mechanisms on their finite motion.
 
@@ -262,8 +264,14 @@ class Catalogue:
         refine : bool
             Reduce the deviation of the answers within the bounds, if the collection supports it;
             some seconds each.
+        effort : int
+            Number of stored mechanisms to follow on their finite motion, in units of 1024.
         quiet : bool
             Show no progress bar.
+        **constraints
+            Further ones of `catalogue.Constraints`: pins_only; bounds on what the collection
+            measures, such as max_size; of planar mechanisms full_rotation, fixed_pivots_in,
+            pivots_in, swept_in and keep_out.  A mechanism is mirrored where that fits regions.
 
         Returns
         -------
@@ -271,6 +279,8 @@ class Catalogue:
 
         Raises
         ------
+        InvalidRequest
+            If a value is invalid, or the collection does not have what is constrained.
         PluginError
             If the collection is unknown, or breaks its contract.
         """
@@ -302,8 +312,10 @@ class Catalogue:
             where=where,
             special=special,
             refine=switch("refine", refine),
+            effort=effort,
             drawn=drawn,
             find=self.find,
+            **constraints,
         )
 
     def specimen(self, name: str, number: int, stroke: float = 1.0) -> CollectionCandidate:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,7 +10,8 @@ import click
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
 from ..find.columns import TABLE as MADE
-from ..problem.bounds import BOUNDS, Bound
+from ..problem.bounds import BOUNDS
+from ..problem.constraints import REGIONS
 from ..problem.path import PathRequest
 from .find_options import OPTIONS
 from .options import is_given
@@ -18,63 +19,49 @@ from .tables import codes, print_results, print_table, row
 from .units import with_unit
 
 if TYPE_CHECKING:
-    from ..collections.spec import Collection
     from ..find.specimens import CollectionResults
 
-#: Options of `find` permitted with a collection.
+#: Options of `find` permitted with a collection, besides bounds and output.
 KNOWN = (
-    "collection",
-    "where",
-    "family",
-    "series",
-    "special",
-    "pins_only",
-    "rank_by",
-    "limit",
-    "refine",
-    "explain",
-    "plot",
-    "save",
-    "format",
-    "db",
-    "plugins",
+    *("where", "family", "series", "special", "pins_only", "full_rotation"),
+    *("fixed_pivots_in", "pivots_in", "swept_in", "keep_out"),
+    *("rank_by", "limit", "effort", "refine"),
 )
+#: Options of any search.
+COMMON = ("collection", "explain", "plot", "save", "format", "db", "plugins")
 
 
 def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
     """Answer a request from the collection that the options name."""
     from ..api import open
-
-    default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
-    for name, value in options.items():
-        if name not in KNOWN and name not in BOUNDS and value != default[name]:
-            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:9])
-            raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
-    where = parsed(options["where"])
+    default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
+    spelled = {one.name: one.opts[0] for one in OPTIONS}
+    asked = {name: value for name, value in options.items() if value != default[name]}
+    for name in asked:
+        if name not in (*KNOWN, *COMMON, *BOUNDS):
+            known = ", ".join(spelled[one] for one in KNOWN)
+            raise InvalidRequest(f"{spelled[name]} does not go with --collection, which knows {known} and bounds")
+    held = {*BOUNDS, *REGIONS, "pins_only", "full_rotation", "keep_out"}
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
-        collection = catalogue.registry.collection(options["collection"])
-        for name, row in BOUNDS.items():
-            if options[name] != default[name]:
-                _bound(where, collection, row, options[name])
-        families = options["family"]
-        if options["pins_only"]:
-            families = _pinned(collection, families)
         found = catalogue.find_in(
             options["collection"],
             request,
             limit=options["limit"],
             rank_by=options["rank_by"] or "deviation",
-            families=families,
+            families=options["family"],
             series=options["series"],
-            where=where,
+            where=parsed(options["where"]),
             special=options["special"],
             refine=options["refine"] and is_given("refine"),
+            effort=options["effort"],
+            **{name: value for name, value in asked.items() if name in held},
         )
+        shown = {*(name for name in asked if name in held), *parsed(options["where"]), options["rank_by"]}
         print_results(
             found,
-            lambda found: _table(found, request),
+            lambda found: _table(found, request, shown),
             options["format"],
             explain=options["explain"],
             plot=options["plot"],
@@ -82,33 +69,10 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
         )
 
 
-def _bound(
-    where: dict[str, tuple[float | None, float | None]], collection: Collection, row: Bound, value: float
-) -> None:
-    """Add the bound of an option to the conditions of --where."""
-    if row.measure not in collection.metrics:
-        option, known = f"--{row.name.replace('_', '-')}", ", ".join(collection.metrics)
-        raise InvalidRequest(f"{option} does not go with {collection.name}, which measures {known}")
-    least, most = where.get(row.measure, (None, None))
-    if row.upper:
-        where[row.measure] = least, value if most is None else min(value, most)
-    else:
-        where[row.measure] = value if least is None else max(value, least), most
-
-
-def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
-    """Select the requested families that have pins only."""
-    if collection.pinned is None:
-        raise InvalidRequest(f"--pins-only does not go with {collection.name}: the kinds of its joints are not known")
-    found = [name for name in collection.families if name in collection.pinned and (not families or name in families)]
-    if not found:
-        which = f"none of {', '.join(families)}" if families else f"no family of {collection.name}"
-        raise InvalidRequest(f"{which} has pins only: leave out --pins-only")
-    return found
-
-
-def _table(found: CollectionResults, request: PathRequest) -> None:
-    metrics = found.collection.metrics
+def _table(found: CollectionResults, request: PathRequest, asked: Collection[str]) -> None:
+    """Print answers; of minor metrics only those that are bounded or ranked by."""
+    wanted = {*asked, *(BOUNDS[name].measure for name in asked if name in BOUNDS)}
+    metrics = {name: m for name, m in found.collection.metrics.items() if not m.minor or name in wanted}
     own = {name: Column(name, m.unit, m.meaning) for name, m in metrics.items()}
     meanings = {
         **MADE,
@@ -131,5 +95,6 @@ def _table(found: CollectionResults, request: PathRequest) -> None:
     stroke = with_unit(f"{request.stroke:g}")
     title = f"{found.collection.title}, {'an arc of chord' if arc else 'a straight line of'} {stroke}"
     caption = "\n".join(f"{one.plain}: {one.told}" for one in own.values())
-    spare = ["id", "special", "configuration", *reversed(own)]
+    unasked = [name for name in reversed(own) if name not in wanted]
+    spare = ["id", "special", "configuration", *unasked, *(name for name in reversed(own) if name in wanted)]
     print_table(title, names, rows, caption, meanings=meanings, spare=spare)

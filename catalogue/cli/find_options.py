@@ -129,7 +129,8 @@ OPTIONS = (
         "NAME",
         "Search mechanisms of another kind, from a plugin (`catalogue plugins` lists them). Goes with "
         "--family, --series, --special, --where, bounds on its metrics (such as --max-size), --rank-by (deviation "
-        "or a metric), --limit, --refine and the output options; of planar ones also --pins-only and the place.",
+        "or a metric), --limit, --effort, --refine and the output options; of planar ones also with --pins-only, "
+        "--full-rotation, the place, and regions (--fixed-pivots-in, --pivots-in, --swept-in, --keep-out).",
     ),
     several("--special", "NAME", "Only this well-known mechanism of the collection, such as RSSR; may be repeated."),
     several(

@@ -39,6 +39,8 @@ class CollectionCandidate:
     start, along : (float, float), float
         Where the path of a planar mechanism starts [length], and its direction [deg]; the
         parameters are laid along +x from the origin.
+    reverse, over : bool
+        Whether a planar mechanism is mirrored at mid-path; in the line of the path.
     """
 
     id: int
@@ -55,21 +57,35 @@ class CollectionCandidate:
     unit: str | None = None
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
+    reverse: bool = False
+    over: bool = False
 
     @property
     def is_placed(self) -> bool:
         """Whether its path is elsewhere than along +x from the origin."""
         return any(self.start) or bool(self.along)
 
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether it turns against the mechanism of its parameters."""
+        return self.reverse != self.over
+
+    def turned(self, u: Complexes) -> Complexes:
+        """Turn directions of the parameters to those of the requested path."""
+        seen = np.conj(u) if self.is_mirrored else u
+        return np.asarray((-seen if self.reverse else seen) * np.exp(1j * np.radians(self.along)))
+
     def placed(self, z: Complexes) -> Complexes:
-        """Move places to the start and direction of the requested path [length]."""
-        return np.asarray(complex(*self.start) + z * np.exp(1j * np.radians(self.along)))
+        """Move places of the parameters to the requested path [length]."""
+        start = complex(*self.start) + self.turned(np.array(-self.stroke if self.reverse else 0.0))
+        return np.asarray(start + self.turned(z))
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain numbers, lists and strings, a column for each metric."""
         own = {name: getattr(self, name) for name in COLUMNS}
         own |= {"collection": self.collection.name, "special": list(self.special)}
         own |= {"start": list(self.start), "along": self.along} if self.is_placed else {}
+        own |= {name: True for name in ("reverse", "over") if getattr(self, name)}
         parameters = own.pop("parameters")
         return {**own, **self.metrics, "parameters": dict(parameters)}
 

@@ -61,11 +61,14 @@ class Metric:
         `LENGTH`, or any other text ("deg", "1").
     more : bool
         Whether more of it is better.
+    minor : bool
+        Whether tables leave it out unless it is bounded or ranked by.
     """
 
     meaning: str
     unit: str
     more: bool = False
+    minor: bool = False
 
 
 @dataclass(frozen=True)
@@ -116,6 +119,25 @@ class Specimen:
 
 
 @dataclass(frozen=True)
+class Places:
+    """Places of a planar mechanism over its stroke, as laid [length].
+
+    Parameters
+    ----------
+    fixed : complex ndarray, shape (k,)
+        Joints of the frame, and ends of its rails over the stroke.
+    joints : complex ndarray, shape (m, j)
+        All joints at m positions from one end of the path to the other.
+    bars : complex ndarray, shape (m, s, 2)
+        Ends of segments that cover the moving bars.
+    """
+
+    fixed: Complexes
+    joints: Complexes
+    bars: Complexes
+
+
+@dataclass(frozen=True)
 class Measured:
     """Measures of a mechanism on its finite motion over the requested stroke.
 
@@ -132,6 +154,8 @@ class Measured:
         The placed mechanism, its path from the origin along +x, lengths in the user's unit.
     reason : str
         Reason why the mechanism cannot be placed, if the deviation is NaN.
+    places : Places, optional
+        Of a planar mechanism, for regions of its joints and bars.
     """
 
     deviation: float
@@ -139,6 +163,7 @@ class Measured:
     metrics: Mapping[str, float]
     parameters: Parameters
     reason: str = ""
+    places: Places | None = field(default=None, repr=False)
 
     @staticmethod
     def no(reason: str) -> Measured:

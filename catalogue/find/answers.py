@@ -297,10 +297,11 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
 
     if collection is None:
         raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
-    own = ("unit", "start", "along")
+    own = ("unit", "start", "along", "reverse", "over")
     named = {f.name: values[f.name] for f in fields(CollectionCandidate) if f.name not in own}
     x, y = point("start", values.get("start", (0.0, 0.0)))
     named |= {"start": (x, y), "along": number("along", values.get("along", 0.0))}
+    named |= {name: switch(name, values.get(name, False)) for name in ("reverse", "over")}
     named |= {
         "unit": unit_or_none(values.get("unit")),
         "collection": collection(values["collection"]),

@@ -22,11 +22,14 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
+from ..problem.bounds import BOUNDS
+from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS
 from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
+from .chain_regions import Image, Regions
 from .own_chain import ChainStretch, OwnChain
 from .results import Found, Results
 
@@ -35,7 +38,7 @@ class Verification(NamedTuple):
     """How stored specimens are verified for a request."""
 
     batch: int = 32  #: specimens at once
-    batches: int = 32  #: most batches
+    batches: int = 32  #: most batches, per unit of effort
     #: Deviation from a given circle per error of stroke over radius of the best circle [strokes]:
     #: about 1/16 with free ends; smaller, so that no answer is filtered out before it is measured.
     per_sweep: float = 1 / 40
@@ -69,15 +72,17 @@ def find_in(
     where: Mapping[str, Any] | None,
     special: Sequence[str],
     refine: bool,
+    effort: int = 1,
     drawn: Callable[[], None],
     find: Callable[..., Found],
+    **constraints: Any,
 ) -> CollectionResults:
     """Search a collection; see `catalogue.Catalogue.find_in`.
 
     `drawn` is called once the request is valid, before the store is read; `find` finds the
     four-bars that some collections are made of.
     """
-    limit, clock = whole("limit", limit, 1), time.perf_counter()
+    limit, effort, clock = whole("limit", limit, 1), whole("effort", effort, 1), time.perf_counter()
     criteria = ["deviation", *collection.metrics]
     if not isinstance(rank_by, str) or rank_by not in criteria:
         raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; {collection.name} has {', '.join(criteria)}")
@@ -87,7 +92,10 @@ def find_in(
         raise InvalidRequest(
             f"{collection.name} lays its paths from the origin along +x: leave out start, direction and end of the path"
         )
-    given = bounds(collection, request.stroke, {} if where is None else where)
+    wanted, regions = Constraints.of(constraints), Regions.of(request, constraints)
+    given = bounds(collection, request.stroke, _with_constraints(collection, where, wanted, regions))
+    if wanted.pins_only:
+        families = _pinned(collection, names("families", families))
     named = {
         "family": (names("families", families), collection.families),
         "series": (names("series", series), collection.series),
@@ -98,7 +106,8 @@ def find_in(
         if unknown := [name for name in allowed[what] if name not in held]:
             raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held) or 'none'}")
     drawn()
-    search = _Search(database, collection, request, given, _tests(collection, request, given, allowed), allowed)
+    tests = _tests(collection, request, given, allowed)
+    search = _Search(database, collection, request, given, tests, allowed, regions, effort)
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
 
@@ -115,6 +124,50 @@ def find_in(
         found = sorted(better, key=key, reverse=more)
     search.seconds, search.shown = time.perf_counter() - clock, len(found)
     return CollectionResults(found, search, collection=collection)
+
+
+def _with_constraints(
+    collection: Collection,
+    where: Mapping[str, Any] | None,
+    wanted: Constraints,
+    regions: Regions | None,
+) -> Mapping[str, Any]:
+    """Add the bounds among constraints to those of metrics; refuse constraints of linkages only."""
+    if where is not None and not isinstance(where, Mapping):
+        return where  # `bounds` refuses it
+    found = dict(where or {})
+    if regions is not None and collection.mechanism is None:
+        raise InvalidRequest(f"{collection.name} has no planar mechanisms of many bars: leave out regions")
+    for name in sorted(wanted.active(), key="full_rotation".__eq__):  # last, as others imply it
+        if name in (*REGIONS, "keep_out", "pins_only"):
+            continue
+        upper, value = False, getattr(wanted, name)
+        if name == "full_rotation":
+            metric, value = "turns", 1.0
+        elif name in BOUNDS:
+            metric, upper = BOUNDS[name].measure, BOUNDS[name].upper
+        else:
+            raise InvalidRequest(f"{name} is a constraint on linkages of two dyads: leave it out for {collection.name}")
+        if metric not in collection.metrics:
+            known = ", ".join(collection.metrics)
+            raise InvalidRequest(f"{name} does not go with {collection.name}, which measures {known}")
+        least, most = found.get(metric, (None, None))
+        if upper:
+            found[metric] = least, value if most is None else min(value, most)
+        else:
+            found[metric] = value if least is None else max(value, least), most
+    return found
+
+
+def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
+    """Select the requested families that have pins only."""
+    if collection.pinned is None:
+        raise InvalidRequest(f"pins_only does not go with {collection.name}: the kinds of its joints are not known")
+    found = [name for name in collection.families if name in collection.pinned and (not families or name in families)]
+    if not found:
+        which = f"none of {', '.join(families)}" if families else f"no family of {collection.name}"
+        raise InvalidRequest(f"{which} has pins only: leave out pins_only")
+    return found
 
 
 def _is_placed(request: PathRequest) -> bool:
@@ -180,7 +233,7 @@ def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
     if found.reason:
         raise InvalidRequest(found.reason)
     made = _candidate(one.collection, one.id, stroke, found, unit)
-    return replace(made, start=tuple(start), along=one.along)
+    return replace(made, start=tuple(start), along=one.along, reverse=one.reverse, over=one.over)
 
 
 def _request(stroke: float, radius: float | None, unit: str | None = None) -> PathRequest:
@@ -294,6 +347,8 @@ class _Search:
     tests: dict[str, ColumnElement[bool]]  #: conditions on stored specimens by name
     #: permitted families, series and special cases; any if empty
     allowed: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    regions: Regions | None = None
+    effort: int = 1
     not_special: int = 0  #: number of specimens that are none of these
     verified: int = 0
     shown: int = 0
@@ -323,7 +378,7 @@ class _Search:
             .limit(VERIFY.batch)
         )
         found = 0
-        for part in count() if self.special else range(VERIFY.batches):
+        for part in count() if self.special else range(VERIFY.batches * self.effort):
             rows = self.database.read(ranked.offset(VERIFY.batch * part))
             stored = [*self.database.objects(rows["parameters"])]
             wanted = [i for i, one in enumerate(stored) if self.is_special(one)]
@@ -419,7 +474,12 @@ class _Search:
             value = one.metrics[bound.name]
             if not bound.holds(value):
                 failed.append((str(bound), max(bound.low - value, value - bound.high), value))
-        return failed
+        out = {} if (image := self.best_image(one)) is None else image.excess
+        return failed + [(name, amount, amount) for name, amount in out.items() if amount]
+
+    def best_image(self, one: Measured) -> Image | None:
+        """Return the mirror image of a specimen that fits the regions best, if any."""
+        return None if self.regions is None or one.places is None else self.regions.best_image(one.places)
 
     def on_radius(self, radius: float | None) -> bool:
         """Tell whether a deviation was measured from an arc of the requested radius, if any."""
@@ -432,7 +492,9 @@ class _Search:
         """Build the answer from a measured specimen."""
         made = _candidate(self.collection, number, float(self.request.stroke), m, self.request.unit)
         x, y = self.request.start
-        return replace(made, start=(float(x), float(y)), along=float(self.request.along))
+        made = replace(made, start=(float(x), float(y)), along=float(self.request.along))
+        image = self.best_image(m)
+        return made if image is None else replace(made, reverse=image.reverse, over=image.over)
 
     def __str__(self) -> str:
         """Explain the search: specimens excluded by each bound, verified, and the closest miss."""
@@ -472,7 +534,8 @@ class _Search:
         name = self.collection.name
         if self.verified:
             [(worst, failed)] = self.removed.most_common(1)
-            near = f"; the nearest has {self._relaxed(worst):g}" if worst in self.nearest else ""
+            told = "is out by" if worst in (*REGIONS, "keep_out") else "has"
+            near = f"; the nearest {told} {self._relaxed(worst):g}" if worst in self.nearest else ""
             return f"relax {worst}, which {failed} of {self.verified} failed on the finite motion{near}"
         if not held:
             return f"{name} holds nothing of this kind; run `catalogue build --collection {name}`"

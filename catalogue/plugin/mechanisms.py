@@ -15,9 +15,8 @@ import numpy as np
 
 from ..chains.chain import Chain
 from ..chains.circuits import ChainCircuits, circuits, followed_circuits
-from ..chains.poses import Poses
 from ..collections.results import CollectionCandidate
-from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
+from ..collections.spec import Collection, Measured, Metric, Places, Specimen, Tags
 from ..guidance.cells import Curves
 from ..guidance.circuit_curve import fitted
 from ..guidance.stretches import straightest
@@ -25,6 +24,7 @@ from ..kinematics.circuits import TURN
 from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats, Indices
 from ..series.chain_family import ChainFamily
+from .chain_measures import MEASURES, chain_measures, places_of
 from .refine_mechanisms import Refined, refined
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Draws:
         Fits of an arc of a given radius, each in the scale of the one before.
     """
 
-    plan: str = "1"
+    plan: str = "2"
     shares: tuple[float, ...] = (0.3, 0.55, 0.8)
     deviation: float = 0.02
     size: float = 40.0
@@ -66,13 +66,7 @@ class Draws:
 
 
 DRAWS = Draws()
-METRICS = {
-    "size": Metric("diameter of all joints over the stroke, the path included", LENGTH),
-    "min_transmission": Metric("least transmission angle of any dyad over the stroke", "deg", more=True),
-    "rotation": Metric("range of the angle of the guided bar over the stroke", "deg"),
-    "bars": Metric("number of bars, the frame included", "1"),
-    "sweep": Metric("stroke over the radius of the arc; 0 of a line", "1"),
-}
+METRICS = {**MEASURES, "sweep": Metric("stroke over the radius of the arc; 0 of a line", "1", minor=True)}
 
 
 def chain_collection(name: str, title: str, source: str, families: Sequence[ChainFamily]) -> Collection:
@@ -221,8 +215,7 @@ class _Made:
         """Draw a mechanism in mid-stroke with its path."""
         from ..draw.chain import ChainPicture, draw_chain
 
-        one, found = self.families[candidate.family], self._followed(candidate)
-        low, high = candidate.parameters["window"]
+        one, (found, (low, high)) = self.families[candidate.family], self._followed(candidate)
         facts = [
             f"stroke {candidate.stroke:.6g}, deviation {candidate.deviation:.3g}, size {candidate.metrics['size']:.4g}",
             one.title,
@@ -234,10 +227,9 @@ class _Made:
 
     def mechanism(self, candidate: CollectionCandidate) -> tuple[dict[str, Any], tuple[float, float]]:
         """Return the data of a mechanism, and the phases of both ends of its path."""
-        one, found = self.families[candidate.family], self._followed(candidate)
+        one, (found, (low, high)) = self.families[candidate.family], self._followed(candidate)
         structure, chain = one.structure, found.chain
-        z = found.poses(np.array(candidate.parameters["window"])[:, None]).joint(one.guided)[:, 0]
-        low, high = candidate.parameters["window"]
+        z = found.poses(np.array([[low], [high]])).joint(one.guided)[:, 0]
         ahead = ((z[1] - z[0]) * np.exp(-1j * np.radians(candidate.along))).real > 0
         given = {
             "joints": {
@@ -261,13 +253,19 @@ class _Made:
         }
         return given, (low, high) if ahead else (high, low)
 
-    def _followed(self, candidate: CollectionCandidate) -> ChainCircuits:
-        """Return the circuit of an answer, placed along its path."""
+    def _followed(self, candidate: CollectionCandidate) -> tuple[ChainCircuits, tuple[float, float]]:
+        """Return the circuit of a placed answer, and the phases of its ends."""
         p, one = candidate.parameters, self.families[candidate.family]
         z = np.array([[complex(*p["joints"][joint])] for joint in one.structure.joints])
         u = np.array([[complex(*way)] for way in p["slides"]]).reshape(-1, 1)
-        u = u * np.exp(1j * np.radians(candidate.along))
-        return circuits(Chain(one.structure, candidate.placed(z), u), one.bar)
+        found = circuits(Chain(one.structure, candidate.placed(z), candidate.turned(u)), one.bar)
+        low, high = p["window"]
+        if candidate.is_mirrored:
+            # a crank turns the other way, and phases run back from that of the given pose
+            home = circuits(Chain(one.structure, z, u), one.bar).phase[0]
+            way = 1 if one.structure.is_pushed else -1
+            low, high = (float(found.phase[0] + way * (end - home)) for end in (low, high))
+        return found, (low, high)
 
 
 def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict[str, Any] | None:
@@ -297,6 +295,8 @@ class _Laid:
     low, high, deviation, radius : ndarray
         Phases of the path [rad]; deviation and radius there [length], NaN where it cannot be
         placed.
+    places : list of Places
+        Over the stroke [length].
     """
 
     family: ChainFamily
@@ -309,6 +309,7 @@ class _Laid:
     deviation: Floats
     radius: Floats
     metrics: dict[str, Floats]
+    places: list[Places]
 
     @classmethod
     def of(
@@ -339,9 +340,10 @@ class _Laid:
         if radius is not None:
             radii = np.full(len(low), radius)
         at = found.poses(low + (high - low) * np.linspace(0, 1, DRAWS.positions)[:, None])
-        metrics = _metrics(family, at, scale)
+        metrics = chain_measures(family, at, scale) | {"turns": (found.kind == TURN).astype(float)}
         metrics["sweep"] = np.where(np.isfinite(radii), stroke / radii, 0.0) if circle else np.zeros(len(low))
-        return cls(family, found, z, u, low, high, stroke, deviation, radii, metrics)
+        laid = places_of(at, lambda places: (base * places - fit.start) * fit.along.conj() * factor)
+        return cls(family, found, z, u, low, high, stroke, deviation, radii, metrics, laid)
 
     @property
     def good(self) -> Indices:
@@ -385,7 +387,8 @@ class _Laid:
                 continue
             metrics = {name: float(column[i]) for name, column in self.metrics.items()}
             radius = float(self.radius[i]) if np.isfinite(self.radius[i]) else None
-            made.append(Measured(float(self.deviation[i]), radius, metrics, self.parameters(i, values[i])))
+            parameters = self.parameters(i, values[i])
+            made.append(Measured(float(self.deviation[i]), radius, metrics, parameters, places=self.places[i]))
         return made
 
 
@@ -400,14 +403,3 @@ class _Scaled:
         """Return the scaled poses."""
         here = self.found.pose(s)
         return Pose(self.scale * here.d, here.x, self.scale * here.origin)
-
-
-def _metrics(family: ChainFamily, at: Poses, scale: Floats) -> dict[str, Floats]:
-    """Measure mechanisms at positions of their stretches, (n,) each."""
-    turned = np.unwrap(np.angle(at.turn[family.bar]), axis=0)
-    return {
-        "size": scale * at.extent,
-        "min_transmission": at.transmission.min(0),
-        "rotation": np.degrees(turned.max(0) - turned.min(0)),
-        "bars": np.full(len(scale), float(len(family.structure.bars))),
-    }

@@ -1,0 +1,86 @@
+"""Fit mechanisms of many bars into regions, as given or in a mirror.
+
+Bars are segments between their joints; wheels stand for their joints.  The guided path is the same
+in a mirror at mid-path, and of a line also in a mirror in it: four images of a line, two of an arc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..candidates.feasibility import WEIGHTS
+from ..collections.spec import Places
+from ..guidance.swept_area import intrusion, protrusion
+from ..kinematics.types import Complexes
+from ..problem.constraints import REGIONS, Constraints
+from ..problem.path import PathRequest
+from ..problem.region import Region
+
+
+class Image(NamedTuple):
+    """A mirror image of a mechanism: flips, and excess by region [length]."""
+
+    reverse: bool
+    over: bool
+    excess: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Regions of a request in the frame of its path, in strokes, by mirror image."""
+
+    stroke: float
+    images: Mapping[tuple[bool, bool], Constraints]
+
+    @classmethod
+    def of(cls, request: PathRequest, given: Mapping[str, Any]) -> Regions | None:
+        """Convert the regions of a request; None without any.
+
+        Parameters
+        ----------
+        request : PathRequest
+        given : mapping
+            ``fixed_pivots_in``, ``pivots_in``, ``swept_in``, ``keep_out`` in the frame of the user.
+        """
+        wanted = Constraints.of({name: given[name] for name in (*REGIONS, "keep_out") if name in given})
+        if not wanted.regions:
+            return None
+        scale = np.exp(-1j * np.radians(request.along)) / request.stroke
+        here = wanted.carried(complex(scale), complex(-scale * complex(*request.start)))
+        flips = [(False, False), (True, False), (False, True), (True, True)][: 2 if request.kind == "circle" else 4]
+        return cls(request.stroke, {(reverse, over): here.mirrored(reverse, over) for reverse, over in flips})
+
+    def best_image(self, places: Places) -> Image:
+        """Select the mirror image of least excess, the given one in doubt."""
+        unit = Places(*(z / self.stroke for z in (places.fixed, places.joints, places.bars)))
+        best: Image | None = None
+        for (reverse, over), wanted in self.images.items():
+            image = Image(reverse, over, {name: self.stroke * out for name, out in _excess(unit, wanted).items()})
+            if best is None or sum(image.excess.values()) < sum(best.excess.values()) - WEIGHTS.tie * self.stroke:
+                best = image
+        assert best is not None  # the given image is one of them
+        return best
+
+
+def _excess(places: Places, wanted: Constraints) -> dict[str, float]:
+    """Compute by how much places leave the regions they must stay in, or enter others [strokes]."""
+    middle = places.joints[len(places.joints) // 2]
+    found = {
+        name: _outside(region, z)
+        for name, z in (("fixed_pivots_in", places.fixed), ("pivots_in", np.append(places.fixed, middle)))
+        if (region := getattr(wanted, name)) is not None
+    }
+    bars = places.bars[:, None]
+    if wanted.swept_in is not None:
+        found["swept_in"] = float(protrusion(wanted.swept_in, bars)[0])
+    if wanted.keep_out:
+        found["keep_out"] = max(float(intrusion(zone, bars)[0]) for zone in wanted.keep_out)
+    return {name: out if out > WEIGHTS.rounding else 0.0 for name, out in found.items()}
+
+
+def _outside(region: Region, z: Complexes) -> float:
+    return float(region.outside(z).max())

@@ -1,0 +1,65 @@
+"""A database with a few specimens of every family, and an answer of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from shutil import copyfile
+from typing import Any
+
+import pytest
+
+import catalogue
+from catalogue import Catalogue, StraightLine
+from catalogue.find import specimens
+from catalogue.plugin.registry import Registry
+from catalogue.populate import collect
+
+DROPIN = str(Path(__file__).parents[1] / "collections" / "dropin")
+REGISTRY = Registry([DROPIN])
+#: Collection and family of each row of the matrix; a new family of a plugin is a new row.
+ROWS = [
+    (name, family)
+    for name in sorted(REGISTRY.collections)
+    for family in REGISTRY.collection(name).families
+    if name != "spatial-guidance" or family == "II"
+]
+#: Path of all requests [mm]: a tolerance that many random mechanisms meet.
+LINE = StraightLine(100, 2, unit="mm")
+#: Mechanisms drawn together: of each family one block.
+BLOCK = 24
+
+
+@pytest.fixture(scope="session")
+def families_db(small_db: Path, once: Callable[..., Path]) -> Path:
+    """Return a database with a block of specimens of every family; do not write to it."""
+
+    def build(path: Path) -> None:
+        copyfile(small_db, path)
+        with pytest.MonkeyPatch.context() as patch, catalogue.open(path, plugins=[DROPIN], build=False) as opened:
+            patch.setattr(collect, "COLLECTING", collect.COLLECTING._replace(block=BLOCK, specimens=1))
+            for name in {name for name, _ in ROWS if REGISTRY.collection(name).mechanism is not None}:
+                opened.build_collection(name)
+
+    return once("families.db", build)
+
+
+@pytest.fixture(scope="module")
+def families(families_db: Path) -> Iterator[Catalogue]:
+    """Return the catalogue of `families_db`; it finds no planar guides to make mechanisms of."""
+    with catalogue.open(families_db, plugins=[DROPIN], build=False) as opened, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Catalogue, "find", lambda *_, **__: ())
+        patch.setattr(specimens, "VERIFY", specimens.VERIFY._replace(batch=4, batches=4))
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def answers_of(families: Catalogue) -> Callable[..., Any]:
+    """Return a finder of some answers of a row, anywhere, without constraints."""
+
+    @cache
+    def found(name: str, family: str) -> Any:
+        return families.find_in(name, LINE, families=[family], limit=8, quiet=True)
+
+    return found
