@@ -32,9 +32,11 @@ def turned(q: Array, turn: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Return the vector product along the first axis."""
-    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        out[i] = a[j] * b[k] - a[k] * b[j]
+    first = a[1] * b[2] - a[2] * b[1]
+    out = np.empty((3, *first.shape))
+    out[0] = first
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
     return out
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,13 +16,13 @@ import pandas as pd
 from ...errors import InvalidRequest, quoted
 from ...given import Stated, choice, instance, several
 from ...kinematics.types import Array
+from ..geometry.rotation import cross
 from .columns import heading
 from .elements import Joint, Revolute, Scalar, Spherical, Travel, Vector
 from .frame import framed
 from .hard_points import numbers
 from .instant import Instant, instant
 from .motion import Motion
-from .vectors import cross
 
 #: Signs by which coordinates in vehicle axes are those of ISO 8855: x forward, y to the left, z up.
 AXES = {
@@ -150,19 +151,18 @@ def kinematics(
     """
     instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
     springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
+    at = seat(motion, wheel)
     design = motion.each(wheel.centre, "Wheel.centre") * wheel.signs
-    side = np.sign(design[:, 1])
-    centre, n, contact = contact_point(motion, wheel)
     with np.errstate(all="ignore"):
         columns = {
-            "travel": centre[:, 2] - design[:, 2],
-            "toe": toe(n, side),
-            "camber": np.degrees(-np.arcsin(n[:, 2])),
-            "recession": design[:, 0] - centre[:, 0],
-            "half track": np.abs(contact[:, 1]),
+            "travel": at.centre[2] - design[:, 2],
+            "toe": at.toe(),
+            "camber": np.degrees(-np.arcsin(at.axis[2])),
+            "recession": design[:, 0] - at.centre[0],
+            "half track": np.abs(at.contact[1]),
         }
-        travelling, in_travel = _in_travel(motion, wheel, steer, centre, contact, n)
-        steering, in_steering = _in_steering(motion, wheel, steer, springs, centre, contact, n)
+        travelling, in_travel = _in_travel(motion, wheel, steer, at)
+        steering, in_steering = _in_steering(motion, wheel, steer, springs, at)
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
     unit, by = motion.mechanism.unit, unit_of(motion, steer) if steer else ""
     every = columns | in_travel | in_steering
@@ -173,97 +173,108 @@ def kinematics(
 
 def unit_of(motion: Motion, scalar: Scalar) -> str:
     """Return the unit in which a scalar is shown: that of length, or degrees."""
-    angular = motion.mechanism.scalar_function(scalar, motion.scalars)[0].angular
-    return "deg" if angular else motion.mechanism.unit
+    return "deg" if motion.function(scalar)[0].angular else motion.mechanism.unit
 
 
-def toe(n: Array, side: Array) -> Array:
-    """Compute toe from outward axes (n, 3) and signs (n,) of the sides [deg]."""
-    return np.asarray(np.degrees(np.arctan2(n[:, 0], side * n[:, 1])))
+class Seat(NamedTuple):
+    """A wheel over a motion, in ISO 8855.
 
-
-def rates(n: Array, moved: Instant, radius: float) -> tuple[Array, Array, Array]:
-    """Compute how wheels turn, lean and roll off their contact points.
-
-    Parameters
+    Attributes
     ----------
-    n : ndarray, shape (s, 3)
-        Outward axes.
-    moved : Instant
-        Motion about the wheel centre, in ISO 8855.
+    centre, axis, contact : ndarray, shape (3, s)
+        Wheel centre, outward axis of rotation, contact point.
+    side : ndarray, shape (s,) or (1,)
+        1 on the left, -1 on the right.
     radius : float
-
-    Returns
-    -------
-    turn, camber : ndarray, shape (s,)
-        Rates of the steering angle, positive to the left, and of camber [rad].
-    contact : ndarray, shape (s, 3)
-        Velocity of the contact point, which is not fixed to the wheel [length].
     """
-    turned = cross(moved.spin, n)
-    level = 1 - n[:, 2] ** 2
-    down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
-    down /= np.sqrt(level)[:, None]
-    change = turned * n[:, 2:] + n * turned[:, 2:]
-    across = change - down * (change * down).sum(1)[:, None]
-    turn = (n[:, 0] * turned[:, 1] - n[:, 1] * turned[:, 0]) / level
-    contact = moved.velocity + radius * across / np.sqrt(level)[:, None]
-    return turn, -turned[:, 2] / np.sqrt(level), contact
+
+    centre: Array
+    axis: Array
+    contact: Array
+    side: Array
+    radius: float
+
+    def toe(self) -> Array:
+        """Return toe [deg], (s,)."""
+        return np.asarray(np.degrees(np.arctan2(self.axis[0], self.side * self.axis[1])))
+
+    def moved(self, motion: Instant) -> tuple[Array, Array, Array]:
+        """Compute how the wheel turns, leans and rolls off its contact point.
+
+        Parameters
+        ----------
+        motion : Instant
+            About the wheel centre, in ISO 8855.
+
+        Returns
+        -------
+        turn, camber : ndarray, shape (s,)
+            Rates of the steering angle, positive to the left, and of camber [rad].
+        contact : ndarray, shape (3, s)
+            Velocity of the contact point, which is not fixed to the wheel [length].
+        """
+        n, turned = self.axis, cross(motion.spin, self.axis)
+        level = 1 - n[2] ** 2
+        root = np.sqrt(level)
+        down = (self.contact - self.centre) / self.radius
+        change = turned * n[2] + n * turned[2]
+        across = change - down * (change * down).sum(0)
+        turn = (n[0] * turned[1] - n[1] * turned[0]) / level
+        return turn, -turned[2] / root, motion.velocity + self.radius / root * across
 
 
-def contact_point(motion: Motion, wheel: Wheel) -> tuple[Array, Array, Array]:
-    """Compute wheel centres, outward axes and contact points, (n s, 3), in ISO 8855."""
-    centre = motion.rows(motion.point(wheel.carrier, wheel.centre)) * wheel.signs
-    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())) * wheel.signs
-    down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
-    return centre, n, centre + wheel.rolling_radius() * down / np.sqrt((down * down).sum(1, keepdims=True))
+def seat(motion: Motion, wheel: Wheel) -> Seat:
+    """Place a wheel in the poses of a motion."""
+    signs, radius = wheel.signs[:, None], wheel.rolling_radius()
+    centre = motion.rows(motion.point(wheel.carrier, wheel.centre)).T * signs
+    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())).T * signs
+    down = n * n[2]
+    down[2] -= 1
+    contact = centre + radius / np.sqrt((down * down).sum(0)) * down
+    side = np.sign(motion.each(wheel.centre, "Wheel.centre")[:, 1] * wheel.signs[1])
+    return Seat(centre, n, contact, side, radius)
 
 
-def _in_travel(
-    motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array, n: Array
-) -> tuple[str, dict[str, Array]]:
+def _in_travel(motion: Motion, wheel: Wheel, steer: Scalar | None, at: Seat) -> tuple[str, dict[str, Array]]:
     """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
-    still = (steer,) if steer else ()
-    moved = seen(motion, wheel, centre, height(wheel), still)
-    patch = moved.velocity + cross(moved.spin, contact - centre)
-    along, at, pitch = axis_of(moved.velocity, moved.spin, centre)
-    turn, camber, rolled = rates(n, moved, wheel.rolling_radius())
-    side = np.sign(contact[:, 1])
+    moved = seen(motion, wheel, at.centre, height(wheel), (steer,) if steer else ())
+    patch = moved.velocity + cross(moved.spin, at.contact - at.centre)
+    along, foot, pitch = axis_of(moved, at.centre)
+    turn, camber, rolled = at.moved(moved)
+    lean, hub = np.degrees(np.arctan2([patch[0], moved.velocity[0]], [patch[2], moved.velocity[2]]))
     return moved.reason, {
-        "roll centre": contact[:, 1] * patch[:, 1] / patch[:, 2],
-        "toe gradient": np.degrees(-side * turn),
+        "roll centre": at.contact[1] * patch[1] / patch[2],
+        "toe gradient": np.degrees(-at.side * turn),
         "camber gradient": np.degrees(camber),
-        "half track gradient": side * rolled[:, 1],
-        "support angle of contact": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
-        "support angle of centre": np.degrees(np.arctan2(moved.velocity[:, 0], moved.velocity[:, 2])),
-        **{f"screw axis {k}": along[:, i] for i, k in enumerate("xyz")},
-        **{f"screw axis at {k}": at[:, i] for i, k in enumerate("xyz")},
+        "half track gradient": at.side * rolled[1],
+        "support angle of contact": lean,
+        "support angle of centre": hub,
+        **{f"screw axis {k}": part for part, k in zip(along, "xyz", strict=True)},
+        **{f"screw axis at {k}": part for part, k in zip(foot, "xyz", strict=True)},
         "pitch": pitch,
     }
 
 
 def _in_steering(
-    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], centre: Array,
-    contact: Array, n: Array,
-) -> tuple[str, dict[str, Array]]:  # fmt: skip
+    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], at: Seat
+) -> tuple[str, dict[str, Array]]:
     """Compute the columns of the steering axis with springs held, and the reason for NaN."""
     if steer is None:
         return "", {}
     still = springs or _arms(motion, wheel.carrier) or [height(wheel)]
-    moved = seen(motion, wheel, centre, steer, still)
-    along, at, _ = axis_of(moved.velocity, moved.spin, centre)
-    along = along * np.sign(along[:, 2:])
-    side = np.sign(contact[:, 1])
-    foot, hub = (at + along * ((p - at)[:, 2] / along[:, 2])[:, None] for p in (contact, centre))
-    turn, camber, _ = rates(n, moved, wheel.rolling_radius())
+    moved = seen(motion, wheel, at.centre, steer, still)
+    along, near, _ = axis_of(moved, at.centre)
+    slope = along / along[2]
+    foot, hub = (point - near - slope * (point - near)[2] for point in (at.contact, at.centre))
+    turn, camber, _ = at.moved(moved)
     per = 1.0 if unit_of(motion, steer) == "deg" else np.degrees(1.0)
     return moved.reason, {
-        "caster": np.degrees(np.arctan2(-along[:, 0], along[:, 2])),
-        "kingpin inclination": np.degrees(np.arctan2(-side * along[:, 1], along[:, 2])),
-        "scrub radius": side * (contact - foot)[:, 1],
-        "trail": (foot - contact)[:, 0],
-        "kingpin offset": side * (centre - hub)[:, 1],
-        "caster offset": (hub - centre)[:, 0],
+        "caster": np.degrees(-np.arctan(slope[0])),
+        "kingpin inclination": np.degrees(-at.side * np.arctan(slope[1])),
+        "scrub radius": at.side * foot[1],
+        "trail": -foot[0],
+        "kingpin offset": at.side * hub[1],
+        "caster offset": -hub[0],
         "steering gradient": per * turn,
         "camber by steering": camber / turn,
     }
@@ -279,30 +290,37 @@ def seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Seq
 
     Where that leaves the wheel free, what the motion holds stands still too.
     """
-    at = centre * wheel.signs
+    signs = wheel.signs[:, None]
+    at = centre * signs
     moved = instant(motion, wheel.carrier, at, moving, still, "the wheel")
     if moved.reason and motion.held:
         moved = instant(motion, wheel.carrier, at, moving, [*still, *motion.held], "the wheel")
-    return moved._replace(velocity=moved.velocity * wheel.signs, spin=moved.spin * wheel.signs)
+    return moved._replace(velocity=moved.velocity * signs, spin=moved.spin * signs)
 
 
 def _arms(motion: Motion, carrier: str) -> list[Joint]:
     """Return the joints of arms on revolute joints that carry a wheel carrier by ball joints."""
-    balls = [x for x in motion.mechanism.elements if isinstance(x, Spherical) and carrier in (x.body, x.on)]
+    elements = motion.mechanism.elements
+    balls = [x for x in elements if isinstance(x, Spherical) and carrier in (x.body, x.on)]
     beyond = {x.on if x.body == carrier else x.body for x in balls}
     hung = {x.body for x in motion.mechanism.carriers() if isinstance(x, Revolute)}
     return [Joint(body) for body in sorted(beyond & hung)]
 
 
-def axis_of(velocity: Array, spin: Array, at: Array) -> tuple[Array, Array, Array]:
-    """Return the instant screw axis of a body: direction (s, 3), point next to `at`, pitch.
+def axis_of(moved: Instant, at: Array) -> tuple[Array, Array, Array]:
+    """Return the instant screw axis of a body: direction, point next to `at`, both (3, s), pitch.
 
     Of a translation the direction is that of the velocity, the point `at` and the pitch infinite.
     """
-    w = np.sqrt((spin * spin).sum(-1, keepdims=True))
-    still = w < 1e-300
+    velocity, spin = moved.velocity, moved.spin
+    square = (spin * spin).sum(0)
     with np.errstate(all="ignore"):
-        along = np.where(still, velocity / np.sqrt((velocity * velocity).sum(-1, keepdims=True)), spin / w)
-        point = np.where(still, at, at + cross(spin, velocity) / (w * w))
-        pitch = np.where(still[..., 0], np.inf, (spin * velocity).sum(-1) / (w * w)[..., 0])
+        along = spin / np.sqrt(square)
+        point = at + cross(spin, velocity) / square
+        pitch = (spin * velocity).sum(0) / square
+        still = square == 0
+        if still.any():
+            speed = np.sqrt((velocity * velocity).sum(0))
+            along = np.where(still, velocity / speed, along)
+            point, pitch = np.where(still, at, point), np.where(still, np.inf, pitch)
     return along, point, pitch

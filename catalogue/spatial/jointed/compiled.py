@@ -112,9 +112,10 @@ def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array
     k, plan, geometry, work = fast
     n, bodies = len(y), len(plan.joints) + 1
     rotation, shift = np.empty((n, bodies, 3, 3)), np.empty((n, bodies, 3))
-    basis, twist = np.empty((n, plan.moves.shape[1], len(plan.stated))), np.zeros((n, bodies, 6, len(plan.stated)))
+    basis, twist = np.empty((n, plan.moves.shape[1], len(plan.stated))), np.empty((n, len(plan.stated), bodies, 6))
+    twist[:, :, 0] = 0.0
     call(k.rated, plan, geometry, work, plain(held), plain(y), rotation, shift, basis, twist)
-    return rotation, shift, basis, twist
+    return rotation, shift, basis, np.moveaxis(twist, 1, 3)
 
 
 def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy) -> tuple[Array, Array, Array]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...errors import InvalidLinkage, InvalidRequest
 from . import elements as e
-from .loop_closure import AXES
 from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, SumFunction, TravelFunction
 from .tree import UNKNOWNS
 
@@ -54,7 +53,7 @@ def travel(s: e.Travel, f: Formulation) -> TravelFunction:
     """How far a point of a body has moved along a direction of the ground."""
     body, points = f.tree.body(s.body, "Travel"), f.points
     point = points.point(s.point, "Travel.point")
-    along = AXES.get(s.along) if isinstance(s.along, str) else s.along
+    along = e.DIRECTIONS.get(s.along) if isinstance(s.along, str) else s.along
     if along is None:
         raise InvalidRequest(f"Travel along {s.along!r}: give x, y, z or three numbers")
     vector = points.vector(0, points.direction(along, "Travel.along"))

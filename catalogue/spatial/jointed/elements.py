@@ -15,6 +15,8 @@ from ...given import Stated, array, instance, number, several
 from ..geometry.kinds import Kind
 
 GROUND = "ground"
+#: Axes by their names.
+DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: A point or a direction: three numbers, or (n, 3) for a batch of n mechanisms.
 Vector = Sequence[float] | Any
 
@@ -286,7 +288,10 @@ def identity(scalar: Scalar) -> tuple[Any, ...]:
     kind = type(instance("what drives or is held", scalar, Scalar)).__name__
     if isinstance(scalar, Sum):
         return kind, *map(identity, scalar.parts), *scalar.weights
-    stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in vars(scalar).items()}
+    given = vars(scalar)
+    if isinstance(given.get("along"), str):
+        given = {**given, "along": DIRECTIONS.get(given["along"], given["along"])}
+    stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in given.items()}
     return kind, *(v if isinstance(v, str) else (v.shape, v.tobytes()) for v in stated.values())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,4 +24,11 @@ def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.Da
     if index_ is None:
         named = {f"drive [{motion.drive_unit}]": np.tile(motion.drive_shown, n), **named}
         index_ = pd.MultiIndex.from_product([range(n), range(s)], names=["mechanism", "pose"]) if n > 1 else None
-    return pd.DataFrame(np.stack(list(named.values()), axis=1), columns=list(named), index=index_, copy=False)
+    values = np.stack(list(named.values()))
+    return pd.DataFrame(values.T, columns=_headings(tuple(named)), index=index_, copy=False)
+
+
+@lru_cache(maxsize=64)
+def _headings(names: tuple[str, ...]) -> pd.Index[str]:
+    """Return headings as an index, which takes longer to make than a small table."""
+    return pd.Index(names)

@@ -6,19 +6,19 @@ one rate; it counts where the body has no other that keeps them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
+from ..geometry.rotation import cross
 from .curve import pivots
 from .elements import GuideCoordinate, Length, Scalar, Sum, apart, identity, title
 from .hard_points import HardPoints
 from .motion import Motion
 from .scalars import ScalarFunction
-from .vectors import cross
 
 #: Singular values, and residuals, below this part of the largest are rounding: rates have about 12 digits.
 RANK = 1e-8
@@ -31,7 +31,7 @@ class Instant(NamedTuple):
 
     Attributes
     ----------
-    velocity, spin : ndarray, shape (n s, 3)
+    velocity, spin : ndarray, shape (3, n s)
         Of a point of the body [length], and of the body [rad]; NaN where they are not determined.
     reason : str
         Why any is NaN; empty if none is.
@@ -51,7 +51,7 @@ def instant(
     ----------
     motion : Motion
     body : str
-    at : ndarray, shape (n s, 3)
+    at : ndarray, shape (3, n s)
         The point of the body, where it is in each pose [length].
     moving : scalar
     still : sequence of scalars
@@ -64,11 +64,11 @@ def instant(
     Instant
     """
     system, twists = motion.curve.system, motion.twists()[:, motion.body_number(body)]
-    twist, reason = _along(motion, twists, moving, still, what)
-    unit = system.unit / motion.mechanism.scalar_function(moving, motion.scalars)[0].unit
-    local = (at - system.centre) / system.unit
-    velocity, spin = (twist[:, :3] + cross(twist[:, 3:], local)) * unit, twist[:, 3:] * (unit / system.unit)
-    return Instant(velocity, spin, reason)
+    rates, reason = _along(motion, twists, moving, still, what)
+    unit = system.unit / motion.function(moving)[0].unit
+    twist = rates.T * unit
+    local = at / system.unit - (system.centre / system.unit)[:, None]
+    return Instant(twist[:3] + cross(twist[3:], local), twist[3:] / system.unit, reason)
 
 
 def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar]) -> tuple[Array, str]:
@@ -80,7 +80,7 @@ def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar
         In the unit of length or radians, of both.
     reason : str
     """
-    units = [motion.mechanism.scalar_function(s, motion.scalars)[0].unit for s in (scalar, moving)]
+    units = [motion.function(s)[0].unit for s in (scalar, moving)]
     rate, reason = _along(motion, gradient(motion, scalar)[:, None], moving, still, title(scalar))
     return rate[:, 0] * (units[0] / units[1]), reason
 
@@ -100,7 +100,11 @@ def value(motion: Motion, scalar: Scalar) -> Array:
 def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
     """Compute rates (n, r) of readings (n, r, f) per unit of a scalar, others held.
 
-    With them the reason for any NaN."""
+    With them the reason for any NaN.
+    """
+    quick = _chosen_by_names(motion, moving, still)
+    if quick is not None:
+        return np.asarray(quick(readings)), ""
     rows = np.stack([gradient(motion, s) for s in (moving, *still, *motion.mechanism.couplings)], axis=1)
     size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
     rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
@@ -121,6 +125,44 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
     elif (moves & stray).any():
         reason = f"{what} is still free while {title(moving)} moves and {told} stands still: hold more"
     return (readings @ rate[..., None])[..., 0], reason
+
+
+def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> Callable[[Array], Array] | None:
+    """Return a function that reads rates (n, r) off (n, r, f), if names leave one freedom at most.
+
+    Scalars of the motion fix their own freedoms; another one fixes the last, if it is far from
+    singular in every pose and all others agree.  Else None.
+    """
+    stated, asked = motion.stated, (moving, *still)
+    names = [identity(s) for s in asked]
+    given = {stated.index(name): k for k, name in enumerate(names) if name in stated}
+    given |= {stated.index(identity(s)): -1 for s in motion.mechanism.couplings}
+    free = [k for k in range(len(stated)) if k not in given]
+    rest = [s for s, name in zip(asked, names, strict=True) if name not in stated]
+    moved = [k for k, position in given.items() if position == 0]
+    if names[0] in names[1:] or len(free) > 1 or len(rest) < len(free):
+        return None
+    rows = [gradient(motion, s) for s in rest]
+    if not free:
+        if not moved or any((np.abs(row[:, moved[0]]) > RANK).any() for row in rows):
+            return None
+        return lambda readings: readings[..., moved[0]]
+    own = rows[0][:, free[0]]
+    size = np.sqrt(np.einsum("nf,nf->n", rows[0], rows[0]))
+    if ((np.abs(own) < REGULAR * size) | (size < RANK)).any():
+        return None
+    first = 1 / own if not moved else -rows[0][:, moved[0]] / own
+
+    def read(readings: Array) -> Array:
+        last = first[:, None] * readings[..., free[0]]
+        return last + readings[..., moved[0]] if moved else last
+
+    goal = RANK * (1.0 if moved else 1 / size)
+    for row in rows[1:]:
+        size = np.sqrt(np.einsum("nf,nf->n", row, row))
+        if (np.abs(read(row[:, None])[:, 0]) > goal * np.where(size > RANK, size, 1)).any():
+            return None
+    return read
 
 
 def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
@@ -164,9 +206,11 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
     function, points = _function(motion, scalar)
     if function.unknown is not None:
         return np.asarray(motion.basis()[:, function.unknown])
-    first, second = (motion.twists()[:, b] for b in function.bodies)
-    wrench = function.wrench(*_attached(motion, points))
-    return np.asarray((wrench[:, None] @ (second - first))[:, 0])
+    first, second = function.bodies
+    twist = motion.twists()[:, second]
+    if first:
+        twist = twist - motion.twists()[:, first]
+    return np.asarray(np.einsum("ni,nif->nf", function.wrench(*_attached(motion, points)), twist))
 
 
 def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
@@ -174,7 +218,7 @@ def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoint
     for part in apart([scalar]):
         if isinstance(part, GuideCoordinate) or (isinstance(part, Length) and part.link):
             raise InvalidRequest(f"{title(part)} is neither driven nor held in this motion: give two points instead")
-    return motion.mechanism.scalar_function(scalar, motion.scalars)
+    return motion.function(scalar)
 
 
 def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:

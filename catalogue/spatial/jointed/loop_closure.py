@@ -17,7 +17,6 @@ from .spanning_tree import SpanningTree
 CLOSING: dict[type, tuple[str, str]] = {
     e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq"), e.Fixed: ("apq", "pqa"),
 }  # fmt: skip
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Condition(NamedTuple):
@@ -121,11 +120,11 @@ class LoopClosure:
             self._keep_angle(label(x), (on, other), (body, mine))
 
     def _world(self) -> list[int]:
-        return [self.points.direction(v, k) for k, v in AXES.items()]
+        return [self.points.direction(v, k) for k, v in e.DIRECTIONS.items()]
 
     def _coincide(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
         """Let a hard point of a body be that of another, along directions of the other."""
-        if len(along) < len(AXES):
+        if len(along) < len(e.DIRECTIONS):
             self.turned.add(on)
         for d in along:
             parts = self.points.end(on, p), self.points.end(body, p), self.points.vector(on, d)

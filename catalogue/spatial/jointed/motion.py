@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .axle import Wheel
+    from .hard_points import HardPoints
     from .mechanism import Mechanism
+    from .scalars import ScalarFunction
 
 
 #: Singular values below this part of the largest are those of conditions that others imply.
@@ -356,7 +358,16 @@ class Motion:
         """What tells each of `scalars` from others."""
         if "stated" not in self._cache:
             self._cache["stated"] = [identity(s) for s in self.scalars]
-        return list(self._cache["stated"])
+        known: list[tuple[Any, ...]] = self._cache["stated"]
+        return known
+
+    def function(self, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
+        """Return a scalar as a function of the poses of this motion, and the points on which it is."""
+        key = identity(scalar)
+        if key not in self._cache:
+            self._cache[key] = self.mechanism.scalar_function(scalar, self.scalars)
+        function, points = self._cache[key]
+        return function, points
 
     def twists(self) -> Array:
         """Return twists (n s, b, 6, f) of bodies per unit of each of `scalars`: velocity of the centre, and spin."""

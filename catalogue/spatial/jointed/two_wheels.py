@@ -8,12 +8,12 @@ import pandas as pd
 from ...errors import InvalidRequest
 from ...given import instance, positive
 from ...kinematics.types import Array
-from .axle import Wheel, contact_point, height, rates, seen, toe
+from ..geometry.rotation import cross
+from .axle import Seat, Wheel, height, seat, seen
 from .columns import AXLE, heading
 from .elements import Scalar
 from .frame import framed
 from .motion import Motion
-from .vectors import cross
 
 #: Difference of the slopes of two normals below which they do not meet.
 PARALLEL = 1e-12
@@ -50,14 +50,14 @@ def axle(
     wheels = sorted((one, other), key=lambda wheel: -wheel.beside().max())
     if not wheels[1].beside().max() < 0 < wheels[0].beside().min():
         raise InvalidRequest("the wheels of an axle are on either side of its middle plane")
-    seats = [contact_point(motion, wheel) for wheel in wheels]
+    seats = [seat(motion, wheel) for wheel in wheels]
     with np.errstate(all="ignore"):
-        inwards = [toe(n, np.array([side])) for (_, n, _), side in zip(seats, (1.0, -1.0), strict=True)]
+        inwards = [at.toe() for at in seats]
         angles = -np.radians(inwards[0]), np.radians(inwards[1])
         reason, rolling = _in_roll(motion, wheels, seats, steer)
         reasons = dict.fromkeys(rolling, reason)
         columns = {
-            "track": seats[0][2][:, 1] - seats[1][2][:, 1],
+            "track": seats[0].contact[1] - seats[1].contact[1],
             "total toe": inwards[0] + inwards[1],
             "steering angle": np.degrees(angles[0] + angles[1]) / 2,
             **rolling,
@@ -82,7 +82,7 @@ def axle(
 
 
 def _in_roll(
-    motion: Motion, wheels: list[Wheel], seats: list[tuple[Array, Array, Array]], steer: Scalar | None
+    motion: Motion, wheels: list[Wheel], seats: list[Seat], steer: Scalar | None
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of roll, heave and steering held, and the reason for NaN.
 
@@ -90,27 +90,22 @@ def _in_roll(
     """
     left, right = map(height, wheels)
     still = [(left + right) / 2, *([steer] if steer else [])]
-    slopes, turns, cambers, velocities = list[Array](), list[Array](), list[Array](), list[Array]()
-    reason = ""
-    for wheel, (centre, n, contact) in zip(wheels, seats, strict=True):
-        moved = seen(motion, wheel, centre, left - right, still)
-        reason = reason or moved.reason
-        patch = moved.velocity + cross(moved.spin, contact - centre)
-        slopes.append(patch[:, 1] / patch[:, 2])
-        turn, camber, velocity = rates(n, moved, wheel.rolling_radius())
-        turns.append(turn)
-        cambers.append(camber)
-        velocities.append(velocity)
-    one, two = (contact for _, _, contact in seats)
-    across, rise = (one - two)[:, 1], (two - one)[:, 2]
-    spread, lift = (velocities[0] - velocities[1])[:, 1], (velocities[1] - velocities[0])[:, 2]
+    every = [seen(motion, wheel, at.centre, left - right, still) for wheel, at in zip(wheels, seats, strict=True)]
+    slopes, levels = [], []
+    for at, moved in zip(seats, every, strict=True):
+        patch = moved.velocity + cross(moved.spin, at.contact - at.centre)
+        slopes.append(patch[1] / patch[2])
+        levels.append(at.contact[2] + at.contact[1] * slopes[-1])
+    turns, cambers, velocities = zip(*(at.moved(moved) for at, moved in zip(seats, every, strict=True)), strict=True)
+    one, two = (at.contact for at in seats)
+    across, rise = one[1] - two[1], two[2] - one[2]
+    spread, lift = velocities[0][1] - velocities[1][1], velocities[1][2] - velocities[0][2]
     roll = (lift * across - rise * spread) / (across**2 + rise**2)
-    level = [contact[:, 2] + contact[:, 1] * slope for (_, _, contact), slope in zip(seats, slopes, strict=True)]
     parallel = np.isclose(slopes[0], slopes[1], rtol=0, atol=PARALLEL)
-    beside = np.where(parallel, np.nan, (level[0] - level[1]) / (slopes[0] - slopes[1]))
-    ground = one[:, 2] - rise * (beside - one[:, 1]) / across
-    return reason, {
-        "roll centre height": level[0] - slopes[0] * beside - ground,
+    beside = np.where(parallel, np.nan, (levels[0] - levels[1]) / (slopes[0] - slopes[1]))
+    ground = one[2] - rise * (beside - one[1]) / across
+    return next((moved.reason for moved in every if moved.reason), ""), {
+        "roll centre height": levels[0] - slopes[0] * beside - ground,
         "roll centre offset": beside,
         "roll steer": (turns[0] + turns[1]) / 2 / roll,
         "roll camber": (cambers[1] - cambers[0]) / 2 / roll,

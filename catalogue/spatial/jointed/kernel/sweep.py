@@ -82,32 +82,32 @@ def rated(plan, geometry, w, held, y, rotation, shift, basis, twist, version=VER
             for j in range(m):
                 basis[i, j, k] = w.along[j] if regular else np.nan
                 w.along[j] = basis[i, j, k]
-            carried(plan, w, twist[i, :, :, k])
+            carried(plan, w, twist, i, k)
 
 
 @compiled
-def carried(plan, w, twist):
-    """Find the twists (bodies, 6) of all bodies, velocity of the centre first, at rates `w.along` of the unknowns."""
+def carried(plan, w, twist, i, k):
+    """Write twists `twist[i, k]` of all bodies, velocity of the centre first, at rates `w.along`."""
     for j in range(len(plan.joints)):
         joint_kind, b, on, u = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 3]
-        for i in range(6):
-            twist[b, i] = twist[on, i]
         if joint_kind == FREE:
+            vx, vy, vz = w.along[u + 3], w.along[u + 4], w.along[u + 5]
             rx, ry, rz = w.along[u], w.along[u + 1], w.along[u + 2]
             px, py, pz = w.arm[j, 0], w.arm[j, 1], w.arm[j, 2]
-            twist[b, 0] += py * rz - pz * ry + w.along[u + 3]
-            twist[b, 1] += pz * rx - px * rz + w.along[u + 4]
-            twist[b, 2] += px * ry - py * rx + w.along[u + 5]
-            twist[b, 3] += rx
-            twist[b, 4] += ry
-            twist[b, 5] += rz
-            continue
-        for i in range(3):
-            if joint_kind != PRISMATIC:
-                twist[b, i] += w.along[u] * w.arm[j, i]
-                twist[b, 3 + i] += w.along[u] * w.axis[j, i]
-            if joint_kind != REVOLUTE:
-                twist[b, i] += w.along[u + (joint_kind == CYLINDRICAL)] * w.axis[j, i]
+            vx, vy, vz = vx + py * rz - pz * ry, vy + pz * rx - px * rz, vz + px * ry - py * rx
+        else:
+            turn = 0.0 if joint_kind == PRISMATIC else w.along[u]
+            slide = 0.0 if joint_kind == REVOLUTE else w.along[u + (joint_kind == CYLINDRICAL)]
+            rx, ry, rz = turn * w.axis[j, 0], turn * w.axis[j, 1], turn * w.axis[j, 2]
+            vx = turn * w.arm[j, 0] + slide * w.axis[j, 0]
+            vy = turn * w.arm[j, 1] + slide * w.axis[j, 1]
+            vz = turn * w.arm[j, 2] + slide * w.axis[j, 2]
+        twist[i, k, b, 0] = twist[i, k, on, 0] + vx
+        twist[i, k, b, 1] = twist[i, k, on, 1] + vy
+        twist[i, k, b, 2] = twist[i, k, on, 2] + vz
+        twist[i, k, b, 3] = twist[i, k, on, 3] + rx
+        twist[i, k, b, 4] = twist[i, k, on, 4] + ry
+        twist[i, k, b, 5] = twist[i, k, on, 5] + rz
 
 
 @kept
