@@ -105,7 +105,7 @@ def sweep(
     report: Path | None,
     **more: Any,
 ) -> int:
-    """Print points, joints, wheel angles or transmission of a mechanism in space while it is driven.
+    """Print points, joints, wheel angles or transmission of a driven mechanism in space.
 
     \b
     catalogue spatial sweep axle.toml --drive travel --from -80 --to 80
@@ -251,7 +251,7 @@ def assemblies(
     seed: int,
     format: str,
 ) -> int:
-    """Print the ways to put a mechanism together at a value of its drive, as far as random starts find them.
+    """Print the assemblies of a mechanism at a value of its drive, by random starts.
 
     \b
     catalogue spatial assemblies axle.toml --drive travel
@@ -287,7 +287,7 @@ def assemblies(
     ]
 )
 def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int, seed: int, format: str) -> int:
-    """Move hard points inside boxes so that the curves that a file asks for are met best, and print before and after.
+    """Fit hard points inside boxes to curves of a file; print before and after.
 
     \b
     catalogue spatial fit axle.toml --out fitted.toml
@@ -314,7 +314,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
 
 
 def _chosen(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
-    """Select the drives, and columns by their names, else by parts of their headings; all without any."""
+    """Select the drives and columns, by names or parts of headings; all without any."""
     if columns is None:
         return table
     wanted: set[str] = set()
@@ -342,7 +342,7 @@ def _records(table: pd.DataFrame) -> str:
 
 
 def _show(table: pd.DataFrame, title: str = "", keys: int = 0) -> None:
-    """Print a table; numbers to the right, to six digits; if too wide in bands, each with the first columns."""
+    """Print a table to six digits, if too wide in bands, each with the first columns."""
     words = [name for name in table.columns if table[name].dtype in (object, str, bool)]
     rows = (
         [f"{v:.6g}" if isinstance(v, float) else {True: "yes", False: "no"}.get(v, v) for v in row]

@@ -1,28 +1,29 @@
 """Mechanisms in space: rigid bodies on joints, links and guides.
 
 ``geometry``
-    ``Guides(kind, parameters, origin, quaternion)``: the guides of one point of all mechanisms; ``KINDS`` by name: six
-    surfaces (cylinder, cone, hyperboloid, torus, sphere, plane; charts of Table I and regular ones,
-    ``hyperboloid:sinh`` ...), three curves; ``Kind``, ``Revolved`` and ``Quadric`` are what a surface of one's own
-    subclasses.
+    ``Guides(kind, parameters, origin, quaternion)``: the guides of one point of all mechanisms;
+    ``KINDS`` by name: six surfaces (cylinder, cone, hyperboloid, torus, sphere, plane; charts of
+    Table I and regular ones, ``hyperboloid:sinh`` ...), three curves; ``Kind``, ``Revolved`` and
+    ``Quadric`` are what a surface of one's own subclasses.
 ``guided``
-    A body with points on surfaces and curves (Mangeron, Oğuztöreli and Plitea 1970, two notes): five points on
-    surfaces, one on a curve and three on surfaces, ...; six classes with one to three degrees of freedom.  Everything
-    works on batches, the leading axis being that of the mechanisms, with guides of different kinds side by side.
-    ``Mechanisms(body, guides, drivers)`` is a checked batch, ``solve_positions`` has its positions, ``assemblies`` all
-    of them, ``jets`` derivatives to any order, ``follow`` the motion along a path of the drivers.
+    A body with points on surfaces and curves (Mangeron, Oğuztöreli and Plitea 1970, two notes):
+    five points on surfaces, one on a curve and three on surfaces, ...; six classes with one to
+    three degrees of freedom.  Everything works on batches, the leading axis being that of the
+    mechanisms, with guides of different kinds side by side. ``Mechanisms(body, guides, drivers)``
+    is a checked batch, ``solve_positions`` has its positions, ``assemblies`` all of them, ``jets``
+    derivatives to any order, ``follow`` the motion along a path of the drivers.
 
 >>> from catalogue.spatial import Guides, Mechanisms, follow, jets
->>> guides = [Guides("circle", r), Guides("circle", s, origins, quaternions), Guides(["cylinder", "torus"], shapes)]
->>> batch = Mechanisms(body, guides, drivers=[(0, "u")])  # or formulation="euler-angles", "distances"
+>>> circles = Guides("circle", r), Guides("circle", s, origins, quaternions)
+>>> batch = Mechanisms(body, [*circles, Guides(["cylinder", "torus"], shapes)], drivers=[(0, "u")])
 >>> motion = follow(batch, path, start)
 >>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
 
 ``jointed``
-    Bodies on revolute, screw, prismatic, cylindrical, spherical and universal joints, on gears, on links with spherical
-    joints at both ends, and on guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive,
-    values)`` is its ``Motion`` with derivatives, ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility``
-    its freedoms.  Any
+    Bodies on revolute, screw, prismatic, cylindrical, spherical and universal joints, on gears, on
+    links with spherical joints at both ends, and on guides, from hard points in the design pose.
+    ``Mechanism(elements)``; ``sweep(drive, values)`` is its ``Motion`` with derivatives,
+    ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility`` its freedoms.  Any
     scalar drives: ``Joint``, ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
 
 >>> from catalogue.spatial import Link, Mechanism, Travel
@@ -30,11 +31,13 @@
 >>> axle.sweep(Travel("wheel", centre), np.linspace(-80, 80, 161)).point("wheel", centre)
 
 ``fitting``
-    ``fit(mechanism, targets, boxes, bounds)``: hard points moved inside boxes so that curves are met best.
+    ``fit(mechanism, targets, boxes, bounds)``: hard points moved inside boxes so that curves are
+    met best.
 
 >>> from catalogue.spatial import Box, Sweep, Target, fit
 >>> bump = Sweep(Travel("wheel", centre), np.linspace(-80, 80, 17))
->>> toe = Target("toe", lambda m: kinematics(m, wheel)["toe [deg]"], bump, 0.0, tolerance=0.01, unit="deg")
+>>> read = lambda m: kinematics(m, wheel)["toe [deg]"]
+>>> toe = Target("toe", read, bump, 0.0, tolerance=0.01, unit="deg")
 >>> print(fit(axle, [toe], [Box("tie rod.to", (0, 0, 15))]))
 
 Names are loaded when first used; no planar request loads any.

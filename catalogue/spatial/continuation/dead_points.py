@@ -22,8 +22,8 @@ NEAREST = 1e-13
 def unfolded(curve: Curve, trace: Trace) -> Trace:
     """Return a trace with a node between any two between which its drive turns back twice.
 
-    The cubic between two nodes, whose slope is s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, says where that may be; the least
-    slope of the curve itself decides.
+    The cubic between two nodes, whose slope is s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, says where
+    that may be; the least slope of the curve itself decides.
     """
     h, s0, s1 = np.diff(trace.s), trace.slope[:-1], trace.slope[1:]
     m = 3 * np.diff(trace.drive) / h - s0 - s1
@@ -56,8 +56,8 @@ def _unwound(curve: Curve, value: Array, near: Any) -> Array:
 def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
     """Find the dead points of n curves between two nodes of each.
 
-    Roots of the slope by false position.  Nodes are not exact: if the slope does not change its sign
-    between them, the root is a little outside, where a secant finds it.
+    Roots of the slope by false position.  Nodes are not exact: if the slope does not change its
+    sign between them, the root is a little outside, where a secant finds it.
     """
     h = other.s - one.s
 

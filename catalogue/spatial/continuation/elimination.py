@@ -1,7 +1,9 @@
-"""Small linear systems by the thousand: Gaussian elimination with the batch last, so that every pass runs along it.
+"""Small linear systems by the thousand: Gaussian elimination with the batch last, so that every
+pass runs along it.
 
-LAPACK through ``np.linalg.solve`` raises if one system of the batch is singular and gives no sign of the determinant;
-here a singular system gives infinities in its own place.  Of a few systems LAPACK is faster, and serves if it can.
+LAPACK through ``np.linalg.solve`` raises if one system of the batch is singular and gives no sign
+of the determinant; here a singular system gives infinities in its own place.  Of a few systems
+LAPACK is faster, and serves if it can.
 """
 
 from __future__ import annotations
@@ -12,8 +14,10 @@ import numpy as np
 
 from ...kinematics.types import Array
 
-#: Systems up to which LAPACK is faster, and logarithm of a determinant, in entries, below which it does not serve.
-FEW, NEARLY = 24, -30.0
+#: Systems up to which LAPACK is faster.
+FEW = 24
+#: Logarithm of a determinant, in entries, below which LAPACK does not serve.
+NEARLY = -30.0
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
@@ -59,6 +63,8 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
 
 
 def condition(matrix: Array, inverse: Array) -> Array:
-    """Return the condition number in the Frobenius norm: at most m times that in the 2-norm, and not below it."""
+    """Return the condition number in the Frobenius norm: at most m times that in the 2-norm, and
+    not below it.
+    """
     with np.errstate(all="ignore"):
         return np.asarray(np.sqrt((matrix**2).sum((0, 1)) * (inverse**2).sum((0, 1))))

@@ -1,8 +1,8 @@
 """Steps along the curves of all poses that mechanisms of one freedom can take.
 
-Arc length is regular where any drive has a dead point, so that a curve is followed without regard to
-its drive (Allgower and Georg, Introduction to Numerical Continuation Methods).  Nodes are as far apart
-as a cubic through the last two allows.
+Arc length is regular where any drive has a dead point, so that a curve is followed without regard
+to its drive (Allgower and Georg, Introduction to Numerical Continuation Methods).  Nodes are as far
+apart as a cubic through the last two allows.
 """
 
 from __future__ import annotations
@@ -23,11 +23,17 @@ LIMITS = Limits(
 )  # fmt: skip
 #: Least divisor.
 TINY = 1e-9
-#: Fourth powers of the least and greatest ratio of a step to the next, 1 / 2 and 1 / 0.3.
-BEST, WORST = 0.0625, 123.5
+#: Fourth power of the least ratio of a step to the next, 1 / 2.
+BEST = 0.0625
+#: Fourth power of the greatest ratio of a step to the next, 1 / 0.3.
+WORST = 123.5
 #: Nodes of a curve at most.
 MOST = 2000
-TURNING, BRANCH, STUCK, LONG = "dead point", "branch point", "step too small", "no end after 2000 nodes"
+#: Reasons why a curve ends.
+TURNING = "dead point"
+BRANCH = "branch point"
+STUCK = "step too small"
+LONG = "no end after 2000 nodes"
 
 
 class March:
@@ -55,9 +61,9 @@ class March:
     def step(self) -> Array:
         """Try a step of every curve; return where one was made.
 
-        A step is refused where Newton's method does not contract, where cubics would not be near the
-        curve, and where the bordered determinant changes its sign, which it does not on one smooth
-        curve (Allgower and Georg, ch. 8).
+        A step is refused where Newton's method does not contract, where cubics would not be near
+        the curve, and where the bordered determinant changes its sign, which it does not on one
+        smooth curve (Allgower and Georg, ch. 8).
         """
         self.tried[self.who] += 1
         h, node, good, self.crossing = self.curve.compiled_step(self) or self._tried()
@@ -107,7 +113,8 @@ class March:
         value, slope_new = value + (by * off).sum(1), (by * new).sum(1)
         if limits.margin >= 0:
             good &= rises(slope, slope_new, (value - drive) / arc, limits.margin * turn**1.5)
-        # corrections and the square of the bow grow like the fourth power of a step, its turn linearly
+        # corrections and the square of the bow grow like the fourth power of a step, its turn
+        # linearly
         worst = np.maximum(np.maximum(size / limits.aim, 2 * bent), 4 * turned**2)
         change = np.fmax(np.fmin(worst, WORST), BEST) ** -0.25
         change = np.where(good, change, np.minimum(change, 0.5))
@@ -154,7 +161,9 @@ def _where(mask: Array, a: Array, b: Array) -> Array:
 
 
 def toward(curve: Curve, y: Array, tangent: Array, target: Array, **given: Any) -> Traces:
-    """Follow curves until their drives have passed a target (n,), or turn back; `given` as for `March`."""
+    """Follow curves until their drives have passed a target (n,), or turn back; `given` as for
+    `March`.
+    """
     march = March(curve, y, tangent, **given)
     direction = np.sign(target - march.last[3])
     march.end(direction == 0)

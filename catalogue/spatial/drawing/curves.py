@@ -17,12 +17,17 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: Panels beside each other, and at most; width and height of one [inch].
-BESIDE, MOST, PANEL = 3, 24, (3.2, 2.3)
+#: Panels beside each other.
+BESIDE = 3
+#: Panels of one sheet.
+MOST = 24
+#: Width and height of a panel [inch].
+PANEL = (3.2, 2.3)
 
 
 def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[str] | None = None) -> Figure:
-    """Plot the columns of a table over the drive, headings as ``"toe [deg]"``; those that are constant too.
+    """Plot the columns of a table over the drive, headings as ``"toe [deg]"``; those that are
+    constant too.
 
     Raises
     ------

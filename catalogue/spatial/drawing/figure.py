@@ -17,18 +17,26 @@ from .scene import Body, Scene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Width and height [inch], and what is left at the top for the title, of the height.
-SIZE, TOP = (9.0, 7.0), 0.1
-#: Views that are tried [deg].
-ELEVATIONS, AZIMUTHS = (16, 24, 32), range(-175, 180, 10)
-#: Of bodies, distinct to colour-blind eyes (Okabe and Ito); of paths; of guides.
-BODIES, PATHS, GUIDE = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"), (PATH, "#b5342b", "#8a6fb0"), "#5b9aa0"
+#: Width and height [inch].
+SIZE = (9.0, 7.0)
+#: Part of the height for the title.
+TOP = 0.1
+#: Elevations of the views that are tried [deg].
+ELEVATIONS = (16, 24, 32)
+#: Azimuths of the views that are tried [deg].
+AZIMUTHS = range(-175, 180, 10)
+#: Colours of bodies, distinct to colour-blind eyes (Okabe and Ito).
+BODIES = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+#: Colours of paths.
+PATHS = (PATH, "#b5342b", "#8a6fb0")
+#: Colour of guides and springs.
+GUIDE = "#5b9aa0"
 #: Strength of poses that are not drawn in full.
 GHOST = 0.22
 
 
 def draw(scene: Scene, file: str | PathLike[str] | None = None, labels: bool = True) -> Figure:
-    """Draw a scene, and write it to a PNG, SVG or PDF file if one is named."""
+    """Draw a scene, to a PNG, SVG or PDF file if one is named."""
     kind = kind_of(file) if file is not None else ""
     figure = blank(*SIZE)
     sheet = Sheet(figure, scene)
@@ -71,7 +79,7 @@ class Sheet:
         self.range = float(np.abs(room @ np.abs(self.toward))) or 1.0
 
     def _fill(self, room: Array) -> None:
-        """Set the scale at which all that is shown fills the paper."""
+        """Set the scale at which the scene fills the paper."""
         self.ax.set_box_aspect(tuple(room), zoom=1.0)
         self.figure.draw_without_rendering()
         flat = self.flat(self.scene.places)
@@ -94,12 +102,14 @@ class Sheet:
         return np.asarray(self.ax.transData.transform(np.stack([a, b], axis=1)))
 
     def depth(self, x: Array, above: float = 0.0) -> float:
-        """Return the order in which something at points (n, 3) is drawn: from 10 to 20, more for what is nearer."""
+        """Return the order in which something at points (n, 3) is drawn: from 10 to 20, more for
+        what is nearer.
+        """
         return float(15 + 9 * ((np.reshape(x, (-1, 3)).mean(0) - self.middle) @ self.toward) / self.range + above)
 
-    # -- symbols ------------------------------------------------------------------------------------------------------
+    # -- symbols ---------------------------------------------------------------------------------
     def bar(self, ends: Array, width: float, colour: str, alpha: float = 1.0) -> None:
-        """Draw a bar with a border, in pieces so that others may pass before and behind it."""
+        """Draw a bar with a border, in pieces, each at its own depth."""
         pieces = 8 if alpha == 1 else 1
         x = ends[0] + np.linspace(0, 1, pieces + 1)[:, None] * (ends[1] - ends[0])
         for a, b in pairwise(x):
@@ -140,7 +150,7 @@ class Sheet:
         self.dots(scene.balls[0], 6.0, PAPER, INK)
 
     def axis(self, ends: Array, turns: bool, slides: bool) -> None:
-        """Draw a hinge as a sleeve on a thin axis, a slider as a block on a rail."""
+        """Draw a hinge as a sleeve, a slider as a block on a rail."""
         middle, half = ends.mean(0), (ends[1] - ends[0]) / 2
         self.ax.plot(
             *(middle + np.outer([-1.9, 1.9], half)).T,
@@ -241,7 +251,9 @@ class Sheet:
 
 
 def hull(x: Array) -> tuple[list[tuple[int, int]], Array]:
-    """Return edges and faces (f, 3) of the convex hull of points (k, 3); of a flat one every edge of its border."""
+    """Return edges and faces (f, 3) of the convex hull of points (k, 3); of a flat one every edge
+    of its border.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     if len(x) < 3:
@@ -282,7 +294,9 @@ def toward(elevation: float, azimuth: float) -> Array:
 
 
 def view(scene: Scene) -> tuple[float, float]:
-    """Return elevation and azimuth [deg] from where joints are farthest apart and links least foreshortened."""
+    """Return elevation and azimuth [deg] from where joints are farthest apart and links least
+    foreshortened.
+    """
     x = np.concatenate(
         [scene.balls[0], *(v.points[0] for v in scene.bodies), *(v.rods[0].reshape(-1, 3) for v in scene.bodies)]
     )

@@ -1,4 +1,4 @@
-"""What is written in a picture, each text where it covers as little as possible."""
+"""Place the texts of a picture where they cover least."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from ...paper import PAPER
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Size of letters [point]; width of one, in its size.
-LETTER, WIDTH = 8.5, 0.56
-#: Where along a line, and how far from it [point], a text is tried.
-ALONG, AWAY = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8), (10.0, 15.0, 22.0, 30.0)
+#: Size of letters [point].
+LETTER = 8.5
+#: Width of a letter, in its size.
+WIDTH = 0.56
+#: Parts of a line at which a text is tried.
+ALONG = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
+#: Distances from a line at which a text is tried [point].
+AWAY = (10.0, 15.0, 22.0, 30.0)
 
 
 class Letters:
@@ -53,7 +57,7 @@ class Letters:
         )
 
     def _places(self, x: Array, half: Array, at_ends: bool) -> list[tuple[Array, float]]:
-        """Return centres that a text may have, each with what it costs to be there."""
+        """Return possible centres of a text with their costs."""
         out = []
         if at_ends or len(x) != 2:
             anchors = [(p, 0.0) for p in x]

@@ -1,4 +1,6 @@
-"""What a picture of a mechanism shows, in the user's unit: arrays begin with the poses, the first drawn in full."""
+"""What a picture of a mechanism shows, in the user's unit: arrays begin with the poses, the first
+drawn in full.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,7 @@ class Link:
 
 @dataclass(frozen=True)
 class Body:
-    """A body by its points (p, k, 3), and rods that it holds, such as the arms of a cross, (p, r, 2, 3)."""
+    """A body: its points (p, k, 3) and rods, such as arms of a cross, (p, r, 2, 3)."""
 
     name: str
     points: Array
@@ -31,7 +33,9 @@ class Body:
 
 @dataclass(frozen=True)
 class Axis:
-    """The axis of a joint: one or two points (p, 1 or 2, 3), direction (p, 3), what the body does about it."""
+    """The axis of a joint: one or two points (p, 1 or 2, 3), direction (p, 3), what the body does
+    about it.
+    """
 
     points: Array
     direction: Array

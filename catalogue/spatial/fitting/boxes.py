@@ -30,12 +30,13 @@ class Box(Stated):
     Parameters
     ----------
     points : str or sequence of str
-        Such as ``"tie rod.to"``: the name of an element and the field that holds the point.  Points that coincide in
-        the design pose are one hard point and need one name.
+        Such as ``"tie rod.to"``: the name of an element and the field that holds the point.  Points
+        that coincide in the design pose are one hard point and need one name.
     half : float or sequence of 3 floats
         How far each coordinate may go either way; 0 keeps it.
     mirror : {"", "x", "y", "z"}
-        Points after the first move as its mirror image: this component of their displacement is reversed.
+        Points after the first move as its mirror image: this component of their displacement is
+        reversed.
     """
 
     points: str | Sequence[str]
@@ -44,7 +45,7 @@ class Box(Stated):
 
 
 class Variables:
-    """Displacements of hard points as numbers from -1 to 1, one for each coordinate of a box that is not 0.
+    """Displacements of hard points, scaled to -1 to 1, by free coordinates of boxes.
 
     Attributes
     ----------
@@ -92,7 +93,7 @@ class Variables:
         self.names, self.half, self.moves = tuple(names), np.array(half), np.array(moves)
 
     def _displaced(self, box: Box, signs: Array) -> tuple[Array, str]:
-        """Return how every hard point moves with a box, (h, 3) of -1, 0, 1, and what the box is called."""
+        """Return signs (h, 3) by which hard points move with a box, and its name."""
         wanted = names("Box.points", box.points)
         if not wanted:
             raise InvalidRequest(f"a Box is about hard points, by their names, not {quoted(box.points)}")
@@ -118,7 +119,9 @@ class Variables:
         return np.asarray(np.tensordot(u, self.moves, 1))
 
     def elements(self, u: Array, repeat: int = 1) -> list[Element]:
-        """Return the elements with points moved by u (n, k), each mechanism `repeat` times; a batch if that is many."""
+        """Return the elements with points moved by u (n, k), each mechanism `repeat` times; a batch
+        if that is many.
+        """
         points, out = self.points + self.displacement(u), list(self.mechanism.elements)
         for h in sorted(self.at_home):
             i, field = self.where[h]

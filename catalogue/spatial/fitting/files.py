@@ -1,11 +1,12 @@
-"""What is to be fitted, from the section ``[fit]`` of a file, and the file with hard points moved.
+"""Read the section ``[fit]`` of a file, and write the file with moved hard points.
 
-``[fit.sweep.NAME]`` has `drive` and `hold`, names of drives, and `values`, or `from`, `to` and `steps`, in the unit of
-the file or degrees.  ``[[fit.target]]`` says what is read: `read`, a column that a sweep prints; or `length`, a link;
-or `point`, a point of the file, on a `line` (`at`, `along`), a `circle` (`centre`, `axis`, `radius`) or at the
-positions `values`; and what is wanted: `value`, or `values` for each pose, or a curve `x`, `y` over the drive; with
-`tolerance`, `offset`, and `over`, the sweep.  ``[[fit.bound]]`` has `read` or `length`, `least`, `most`.
-``[[fit.box]]`` has `point` or `points`, `half`, `mirror`.
+``[fit.sweep.NAME]`` has `drive` and `hold`, names of drives, and `values`, or `from`, `to` and
+`steps`, in the unit of the file or degrees.  ``[[fit.target]]`` says what is read: `read`, a column
+that a sweep prints; or `length`, a link; or `point`, a point of the file, on a `line` (`at`,
+`along`), a `circle` (`centre`, `axis`, `radius`) or at the positions `values`; and what is wanted:
+`value`, or `values` for each pose, or a curve `x`, `y` over the drive; with `tolerance`, `offset`,
+and `over`, the sweep.  ``[[fit.bound]]`` has `read` or `length`, `least`, `most`. ``[[fit.box]]``
+has `point` or `points`, `half`, `mirror`.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ class Asked:
         self.bounds = [self._bound(one, f"fit.bound {i + 1}") for i, one in enumerate(every["bound"])]
         self.boxes = [_box(one, f"fit.box {i + 1}") for i, one in enumerate(every["box"])]
 
-    # -- sweeps -------------------------------------------------------------------------------------------------------
+    # -- sweeps ----------------------------------------------------------------------------------
     def _sweep(self, one: Any, what: str) -> Sweep:
         if not isinstance(one, dict):
             raise InvalidRequest(f"{what} must be a table")
@@ -107,7 +108,7 @@ class Asked:
             raise InvalidRequest(f"{what}: over must name a sweep, one of {', '.join(self.sweeps) or 'none'}")
         return self.sweeps[name]
 
-    # -- what is read -------------------------------------------------------------------------------------------------
+    # -- what is read ----------------------------------------------------------------------------
     def _reading(self, one: Mapping[str, Any], what: str) -> tuple[str, Reading, str]:
         """Return name, reading and unit of what a target or a bound is about."""
         said = [name for name in ("read", "length", "point") if name in one]
@@ -166,7 +167,7 @@ class Asked:
         return Target(name, reading, over, value, _one(one, "tolerance", what, 1.0), offset, unit)
 
     def _curve(self, one: Mapping[str, Any], over: Sweep, what: str) -> Array:
-        """Return a curve, straight between its points, at the values of the drive as they are shown."""
+        """Interpolate a curve linearly at shown values of the drive."""
         x, y = array(f"{what}.x", one["x"], finite=True), array(f"{what}.y", one.get("y", []), finite=True)
         if x.ndim != 1 or x.shape != y.shape or len(x) < 2 or not (np.diff(x) > 0).all():
             raise InvalidRequest(f"{what}: x must rise, and y have as many numbers")
@@ -218,9 +219,9 @@ def _one(one: Mapping[str, Any], name: str, what: str, default: float) -> float:
     return float(array(f"{what}.{name}", one[name], (), finite=True))
 
 
-# -- the file with hard points moved ----------------------------------------------------------------------------------
+# -- the file with hard points moved ------------------------------------------------------------
 def rewritten(job: Job, found: Fit) -> dict[str, Any]:
-    """Return what a file held, its hard points where a fit has put them."""
+    """Return the tables of a file with fitted hard points."""
     given = deepcopy(job.given)
     tables = [one for kind in ELEMENTS for one in given.get(kind, [])]
     for table, was, now in zip(tables, job.mechanism.joints, found.mechanism.joints, strict=True):
@@ -231,7 +232,7 @@ def rewritten(job: Job, found: Fit) -> dict[str, Any]:
 
 
 def write(given: Mapping[str, Any], file: Path) -> None:
-    """Write what a file holds, as JSON or, unless that is its suffix, as TOML, in place of a file that is there."""
+    """Write tables to a file, as JSON by its suffix, else as TOML."""
     text = json.dumps(given, indent=1) + "\n" if file.suffix.lower() == ".json" else toml(given)
     try:
         with replacing(file) as part:

@@ -1,4 +1,6 @@
-"""The least-squares search: hard points inside boxes, so that targets are met best and bounds are kept."""
+"""The least-squares search: hard points inside boxes, so that targets are met best and bounds are
+kept.
+"""
 
 from __future__ import annotations
 
@@ -18,12 +20,18 @@ from .outcome import KEPT, Fit
 from .targets import Bound, Target
 from .trials import Trial, Trials
 
-#: Where a search stops: changes of the sum of squares, of the variables, of the gradient.
-FTOL, XTOL, GTOL = 1e-8, 1e-13, 1e-15
+#: Change of the sum of squares at which a search stops.
+FTOL = 1e-8
+#: Change of the variables at which a search stops.
+XTOL = 1e-13
+#: Gradient at which a search stops.
+GTOL = 1e-15
 #: Part of the tolerances below which all deviations count as none: the search is over.
 ENOUGH = 1e-6
-#: How often multipliers of bounds are set anew; their first weight.
-ROUNDS, WEIGHT = 20, 100.0
+#: Updates of the multipliers of bounds.
+ROUNDS = 20
+#: First weight of bounds.
+WEIGHT = 100.0
 #: Starts at most.
 MOST = 1_000_000
 #: How many of the starts are searched from, besides the mechanism as it was given.
@@ -41,12 +49,13 @@ def fit(
 ) -> Fit:
     """Move hard points inside boxes so that curves are met best.
 
-    The sum over targets of the mean square of their deviations, each over its tolerance, becomes least (trust regions,
-    `scipy.optimize.least_squares`); bounds are kept by multipliers (Powell, Hestenes).  Every trial is swept from its
-    own design pose: one that a sweep does not get through, or whose design pose is on the other side of a singular one,
-    is refused and counted.  The mechanism as given is searched from first; if a target or a bound is then missed, the
-    best of other starts in the boxes are, too.  Of many solutions one nearby is found.  Points that are read off, such
-    as the centre of a wheel, keep their places in the design pose.
+    The sum over targets of the mean square of their deviations, each over its tolerance, becomes
+    least (trust regions, `scipy.optimize.least_squares`); bounds are kept by multipliers (Powell,
+    Hestenes).  Every trial is swept from its own design pose: one that a sweep does not get
+    through, or whose design pose is on the other side of a singular one, is refused and counted.
+    The mechanism as given is searched from first; if a target or a bound is then missed, the best
+    of other starts in the boxes are, too.  Of many solutions one nearby is found.  Points that are
+    read off, such as the centre of a wheel, keep their places in the design pose.
 
     Parameters
     ----------
@@ -101,7 +110,7 @@ class Search:
         self.trials, self.targets, self.bounds, self.steps = trials, tuple(targets), tuple(bounds), steps
         self.last: dict[bytes, Trial | None] = {}
 
-    # -- what counts --------------------------------------------------------------------------------------------------
+    # -- what counts -----------------------------------------------------------------------------
     def deviations(self, trial: Trial) -> list[Array]:
         """Return deviations from each target (s, c), in its unit."""
         return [t.deviations(r[None])[0] for t, r in zip(self.targets, trial.read, strict=False)]
@@ -111,11 +120,13 @@ class Search:
         return [b.excess(r[None])[0] for b, r in zip(self.bounds, trial.read[len(self.targets) :], strict=True)]
 
     def residual(self, trial: Trial) -> Array:
-        """Return deviations over tolerances, so that their squares add up to the sum of mean squares."""
+        """Return deviations over tolerances, so that their squares add up to the sum of mean
+        squares.
+        """
         return _flat(self.deviations(trial), self.targets)
 
     def merit(self, trial: Trial) -> float:
-        """Return what a search makes least, bounds counted as if they were targets of a hundredth of the tolerance."""
+        """Return the objective: bounds count as targets of a hundredth of the tolerance."""
         broken = _flat([np.maximum(e, 0) for e in self.excesses(trial)], self.bounds)
         return float((self.residual(trial) ** 2).sum() + 1e4 * (broken**2).sum())
 
@@ -135,7 +146,9 @@ class Search:
         return self.off(trial) <= 1 and self.broken(trial) <= KEPT
 
     def slopes(self, trial: Trial) -> tuple[Array, Array]:
-        """Return derivatives of residuals, and of excesses over tolerances, by the variables: (m, k), (b, k)."""
+        """Return derivatives of residuals, and of excesses over tolerances, by the variables: (m,
+        k), (b, k).
+        """
         read = self.trials.gradient(trial)
         one = [d - d.mean(0, keepdims=True) if t.offset else d for t, d in zip(self.targets, read, strict=False)]
         other = []
@@ -144,7 +157,7 @@ class Search:
             other.append(np.concatenate(sides, axis=1))
         return _flat(one, self.targets, d_by=True), _flat(other, self.bounds, d_by=True)
 
-    # -- searching ----------------------------------------------------------------------------------------------------
+    # -- searching -------------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
         """Return the trial at variables, made once."""
         key = u.tobytes()
@@ -153,7 +166,9 @@ class Search:
         return self.last[key]
 
     def run(self, trial: Trial) -> Trial:
-        """Return where a search from a trial ends: one least-squares problem, or several with multipliers of bounds."""
+        """Return where a search from a trial ends: one least-squares problem, or several with
+        multipliers of bounds.
+        """
         if not self.bounds:
             return self._least(trial, np.zeros(0), 0.0)
         multiplier, weight = np.zeros(len(self._excess(trial))), WEIGHT
@@ -172,7 +187,7 @@ class Search:
         return _flat(self.excesses(trial), self.bounds)
 
     def _least(self, trial: Trial, multiplier: Array, weight: float) -> Trial:
-        """Return the trial with the least sum of squares of residuals and shifted excesses, from a trial."""
+        """Minimise the sum of squares of residuals and shifted excesses from a trial."""
 
         def shifted(one: Trial) -> Array:
             return (
@@ -212,7 +227,7 @@ class Search:
         return self.at(found.x) or trial
 
     def settled(self, trial: Trial) -> Trial:
-        """Return a trial with variables next to an end of their boxes put there, if that costs nothing."""
+        """Move variables next to an end of their boxes there, if that costs nothing."""
         u = np.where(np.abs(trial.u) > 1 - 1e-4, np.sign(trial.u), trial.u)
         other = self.at(u) if (u != trial.u).any() else None
         return other if other and self.merit(other) <= self.merit(trial) * (1 + 1e-6) else trial
@@ -226,7 +241,7 @@ class _Enough(Exception):
 
 
 def _flat(parts: Sequence[Array], of: Sequence[Target | Bound], d_by: bool = False) -> Array:
-    """Return parts (s, c) or their derivatives (s, c, k) over tolerance and root of the number of poses, in line."""
+    """Scale parts (s, c), or derivatives (s, c, k), by tolerance and number of poses, flat."""
     scaled = [v / (t.tolerance * np.sqrt(len(v))) for v, t in zip(parts, of, strict=True)]
     if d_by:
         return np.concatenate([v.reshape(-1, v.shape[-1]) for v in scaled]) if scaled else np.zeros((0, 0))

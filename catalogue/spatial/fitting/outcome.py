@@ -1,4 +1,6 @@
-"""What a fit has to report: deviations before and after, displacements, boxes that hold it back, what was missed."""
+"""What a fit has to report: deviations before and after, displacements, boxes that hold it back,
+what was missed.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ if TYPE_CHECKING:
 KEPT = 1e-5
 #: A variable nearer to an end of its box than this is at the end.
 AT_END = 1e-6
-#: Singular values, over the largest or over 1, a tolerance per box, below which a direction does nothing to any target.
+#: Singular values, over the largest or over 1, a tolerance per box, below which a direction does
+#: nothing to any target.
 NOTHING = 1e-7
 
 
@@ -35,11 +38,13 @@ class Fit:
     motions : tuple of Motion
         Of `mechanism`, one for each sweep, in the order of `sweeps`.
     targets, bounds, points, held_back : pandas.DataFrame
-        Largest and root mean square deviations before and after; bounds before and after; displacements of the points
-        in the boxes; ends of boxes that are reached, with what one more unit of length would take off the sum of
-        squares.  Before is NaN where the given mechanism does not get through the sweeps.
+        Largest and root mean square deviations before and after; bounds before and after;
+        displacements of the points in the boxes; ends of boxes that are reached, with what one more
+        unit of length would take off the sum of squares.  Before is NaN where the given mechanism
+        does not get through the sweeps.
     undetermined : int
-        How many independent ways to move the points leave all targets as they are: of so many solutions one was found.
+        How many independent ways to move the points leave all targets as they are: of so many
+        solutions one was found.
     refused : dict
         How many trials counted as none, by the reason; `trials` how many were made.
     missed : tuple of str

@@ -40,13 +40,14 @@ class Target(Stated):
     ----------
     name : str
     reading : callable
-        From a motion to what is compared, (s,) or (s, k): ``lambda m: kinematics(m, wheel)["toe [deg]"]``.
+        From a motion to what is compared, (s,) or (s, k): ``lambda m: kinematics(m, wheel)["toe
+        [deg]"]``.
     over : Sweep
     value : float or array-like
         A constant, or one for each value of the drive, in the unit of the reading.
     tolerance : float
-        Deviation that counts 1, in the unit of the reading: the inverse of a weight.  Every target counts by the mean
-        square of its deviations.
+        Deviation that counts 1, in the unit of the reading: the inverse of a weight.  Every target
+        counts by the mean square of its deviations.
     offset : bool
         Whether a constant difference is free, as that of the zeros of two dials.
     unit : str
@@ -87,7 +88,9 @@ class Target(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Bound(Stated):
-    """What may not be less, or more, at any pose; `tolerance` is the excess that counts as much as that of a target."""
+    """What may not be less, or more, at any pose; `tolerance` is the excess that counts as much as
+    that of a target.
+    """
 
     name: str
     reading: Reading
@@ -105,14 +108,16 @@ class Bound(Stated):
             raise InvalidRequest(f"{self.name}: a bound needs least or most, and least not above most")
 
     def excess(self, read: Array) -> Array:
-        """Return by how much readings (n, s, k) break the bound, negative where they keep it; (n, s, 1 or 2 k)."""
+        """Return by how much readings (n, s, k) break the bound, negative where they keep it; (n,
+        s, 1 or 2 k).
+        """
         sides = [
             side for end, side in ((self.least, self.least - read), (self.most, read - self.most)) if np.isfinite(end)
         ]
         return np.concatenate(sides, axis=2)
 
 
-# -- readings that have no formula of their own elsewhere -------------------------------------------------------------
+# -- readings that have no formula of their own elsewhere ---------------------------------------
 def link_length(motion: Motion, link: str) -> Array:
     """Return the length of a link, the same at every pose, (s,)."""
     instance("link", link, str)
@@ -130,7 +135,7 @@ def off_line(points: Any, at: Any, along: Any) -> Array:
 
 
 def off_circle(points: Any, centre: Any, axis: Any, radius: float) -> Array:
-    """Return how far points (s, 3) are from a circle, outwards and along its axis, (s, 2)."""
+    """Return distances (s, 2) of points from a circle, outwards and along its axis."""
     x, e = array("points", points, (..., 3)) - array("centre", centre, (3,)), _direction("axis", axis)
     e = e / np.sqrt(e @ e)
     height = x @ e

@@ -20,7 +20,8 @@ from ..jointed.system import System
 from .boxes import Variables
 from .targets import Bound, Sweep, Target
 
-#: Displacement of a hard point, in the size of the mechanism, for central differences of exact solutions.
+#: Displacement of a hard point, in the size of the mechanism, for central differences of exact
+#: solutions.
 STEP = 2.0**-17
 #: Why a trial counts as none.
 OTHER_ASSEMBLY = "its design pose is another assembly"
@@ -28,7 +29,7 @@ OTHER_ASSEMBLY = "its design pose is another assembly"
 
 @dataclass(frozen=True, eq=False)
 class Stacked(Motion):
-    """Motions of many mechanisms as one, pose after pose, so that what is read of one is read of all."""
+    """Motions of many mechanisms as one, pose after pose."""
 
     def flat(self) -> tuple[Curve, Array]:
         return self.curve, self.states[0]
@@ -42,7 +43,9 @@ class Stacked(Motion):
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A mechanism at variables u (k,): its motions, and what targets and bounds read off them, each (s, c)."""
+    """A mechanism at variables u (k,): its motions, and what targets and bounds read off them, each
+    (s, c).
+    """
 
     u: Array
     motions: tuple[Motion, ...]
@@ -69,7 +72,7 @@ class Trials:
         self.made = 0
         self.side = [_sides(variables.mechanism, sweep) for sweep in self.sweeps]
 
-    # -- whole sweeps -------------------------------------------------------------------------------------------------
+    # -- whole sweeps ----------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
         """Return the trial at variables (k,), or None, counted, if there is no such motion."""
         return self.batch(u[None])[0]
@@ -122,11 +125,12 @@ class Trials:
             )
         return found.reshape(len(found), -1)
 
-    # -- derivatives --------------------------------------------------------------------------------------------------
+    # -- derivatives -----------------------------------------------------------------------------
     def gradient(self, trial: Trial) -> list[Array]:
         """Return the derivatives of what each curve reads, (s, c, k), by the variables.
 
-        Central differences of exact solutions: all displaced mechanisms are solved at once, from the poses of this one.
+        Central differences of exact solutions: all displaced mechanisms are solved at once, from
+        the poses of this one.
         """
         k = len(self.variables.half)
         step = STEP * trial.motions[0].curve.system.unit / self.variables.half
@@ -155,7 +159,9 @@ class Trials:
         return Stacked(mechanism, curve, motion.driven, motion.held, drive, states[None], ((None, None),))
 
     def _read_all(self, index: int, curve: Target | Bound, stack: Stacked, u: Array) -> Array:
-        """Return readings of all stacked poses; of each mechanism by itself where a reading is no pose's alone."""
+        """Return readings of all stacked poses; of each mechanism by itself where a reading is no
+        pose's alone.
+        """
         if index not in self.pointwise:
             self.pointwise[index] = self._is_pointwise(curve, stack, u)
         if self.pointwise[index]:
@@ -163,7 +169,7 @@ class Trials:
         return np.concatenate([self._read(curve, self._apart(stack, u, i)) for i in range(len(u))])
 
     def _is_pointwise(self, curve: Target | Bound, stack: Stacked, u: Array) -> bool:
-        """Return whether the first and the last mechanism of a stack read the same by themselves."""
+        """Return whether the first and last mechanism of a stack read the same alone."""
         try:
             read = self._read(curve, stack)
         except Exception:  # what a reading by someone else cannot do with poses of many mechanisms
@@ -196,7 +202,9 @@ def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
 
 
 def _sides(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:
-    """Return on which side of singular poses each design pose is: the sign of its Jacobian, and its size."""
+    """Return on which side of singular poses each design pose is: the sign of its Jacobian, and its
+    size.
+    """
     system: System = mechanism.system(*mechanism.couplings, *sweep.hold, sweep.drive)
     design = np.repeat(system.design[None], len(system.points), axis=0)
     jacobian = system.evaluate(design)[2]

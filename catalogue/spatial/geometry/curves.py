@@ -1,4 +1,7 @@
-"""Three guiding curves: circle, helix, line.  The source announces them without formulas; the conventions are ours."""
+"""Three guiding curves: circle, helix, line.
+
+The source announces them without formulas; the conventions are ours.
+"""
 
 # ruff: noqa: ARG002  (a kind need not use every argument of its formulas)
 from __future__ import annotations

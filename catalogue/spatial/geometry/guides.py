@@ -1,4 +1,4 @@
-"""Guides of one point of a batch of mechanisms, of any kinds, placed in space and checked when they are made."""
+"""Guides of one point of a batch of mechanisms, placed in space and checked."""
 
 from __future__ import annotations
 
@@ -54,7 +54,8 @@ class Guides:
     Raises
     ------
     InvalidLinkage
-        If a kind is unknown, numbers are not as many as wanted, or one is not finite or out of its domain.
+        If a kind is unknown, numbers are not as many as wanted, or one is not finite or out of its
+        domain.
     InvalidRequest
         If a kind is neither a name nor a `Kind`.
     """
@@ -117,7 +118,7 @@ class Guides:
         return selected
 
     def each(self) -> list[tuple[Kind, Array, Array]]:
-        """Return each kind that there is, whose guides they are, and their parameters (k, m)."""
+        """Return each kind, the indices of its guides, and their parameters (k, m)."""
         return self._each
 
     @cached_property
@@ -131,7 +132,7 @@ class Guides:
 
 
 def same(one: Any, changes: dict[str, Any]) -> Any:
-    """Return a copy with other arrays that need no check, as they are a selection of checked ones."""
+    """Return a copy with other arrays, unchecked: a selection of checked ones."""
     other = object.__new__(type(one))
     fields = {name: getattr(one, name) for name in one.__dataclass_fields__}
     for name, value in {**fields, **changes}.items():

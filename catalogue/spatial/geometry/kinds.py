@@ -1,11 +1,13 @@
-"""What a kind of guide says of itself, in its local axes X, Y, Z; a new surface is a subclass of a few lines.
+"""What a kind of guide says of itself, in its local axes X, Y, Z; a new surface is a subclass of a
+few lines.
 
-1. `parameters` are its names of the shape, `lengths` says which of them (and which of u, w) are lengths.
-2. `point` and `implicit` are written with numpy's functions, so that they also take series (`power_series.Taylor`).
-3. `locate` inverts `point`; NaN where the chart does not reach.
+1. `parameters` are its names of the shape, `lengths` says which of them (and which of u, w) are
+lengths. 2. `point` and `implicit` are written with numpy's functions, so that they also take series
+(`power_series.Taylor`). 3. `locate` inverts `point`; NaN where the chart does not reach.
 
-Derivatives follow from the formulas by Taylor arithmetic, exact to rounding.  A quadric gives its coefficients instead
-of `implicit`, which is faster: all quadrics of a batch are evaluated together, whatever their kind.
+Derivatives follow from the formulas by Taylor arithmetic, exact to rounding.  A quadric gives its
+coefficients instead of `implicit`, which is faster: all quadrics of a batch are evaluated together,
+whatever their kind.
 """
 
 from __future__ import annotations
@@ -35,12 +37,14 @@ class Kind:
     conditions : int
         1 for a surface, 2 for a curve.
     spans : tuple of float or None
-        Ranges of u and w that cover the guide, for random starts: half the span of an angle or a number, None for a
-        length.
+        Ranges of u and w that cover the guide, for random starts: half the span of an angle or a
+        number, None for a length.
     smooth : Kind or None
-        The chart in which w is free when u is driven, if this one is singular there (u is the same in both).
+        The chart in which w is free when u is driven, if this one is singular there (u is the same
+        in both).
     bounded : bool
-        Whether the chart reaches a part only of what the implicit functions describe: the guide ends there.
+        Whether the chart reaches a part only of what the implicit functions describe: the guide
+        ends there.
     """
 
     name: ClassVar[str]
@@ -68,15 +72,19 @@ class Kind:
         raise NotImplementedError
 
     def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
-        """Return (u, w) of points x (3, n) on the guide; w is NaN on a curve, both are NaN off the chart."""
+        """Return (u, w) of points x (3, n) on the guide; w is NaN on a curve, both are NaN off the
+        chart.
+        """
         raise NotImplementedError
 
     def apex(self, x: Array, p: Array) -> Array:  # noqa: ARG002, other kinds have one
-        """Return the distance from points x (3, n) to where the guide itself is singular, infinite if nowhere."""
+        """Return distances of points x (3, n) from singular points, else infinity."""
         return np.full(x.shape[1:], np.inf)
 
     def gradients(self, x: Array, p: Array) -> tuple[Array, Array]:
-        """Return the implicit functions (conditions, n) at x (3, n), and their gradients (conditions, 3, n)."""
+        """Return the implicit functions (conditions, n) at x (3, n), and their gradients
+        (conditions, 3, n).
+        """
         a, b, c = (variable(x[i], np.eye(3)[i][:, None]) for i in range(3))
         series = np.stack([coefficients(f, 1, (3, x.shape[1])) for f in self.implicit((a, b, c), p)])
         return series[:, 0, 0], series[:, 1]
@@ -107,10 +115,12 @@ class Kind:
 
 
 class Revolved(Kind):
-    """A surface of revolution about Z, or a curve about it: (rho cos u, rho sin u, z), u the azimuth."""
+    """A surface of revolution about Z, or a curve about it: (rho cos u, rho sin u, z), u the
+    azimuth.
+    """
 
     def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
-        """Return rho, which depends on w, and z, which may be a multiple of u besides."""
+        """Return rho (w) and z, to which a multiple of u may be added."""
         raise NotImplementedError
 
     def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
@@ -135,7 +145,9 @@ class Revolved(Kind):
 
 
 class Quadric(Kind):
-    """A guide whose functions are  a X^2 + b Y^2 + c Z^2 + f X + g Y + h Z + e."""
+    """A quadric.
+
+    It is a X^2 + b Y^2 + c Z^2 + f X + g Y + h Z + e = 0."""
 
     def quadrics(self, p: Array) -> Array:
         """Return (a, b, c, f, g, h, e) of each function, shape (conditions, 7, n)."""

@@ -1,7 +1,9 @@
-"""Truncated power series that numpy's own functions work on: one formula gives a value or derivatives of any order.
+"""Truncated power series that numpy's own functions work on: one formula gives a value or
+derivatives of any order.
 
-A formula written with ``np.sin``, ``np.sqrt``, ``+``, ``*`` ... takes arrays and `Taylor` alike.  The recurrences are
-the usual ones (Griewank and Walther, Evaluating Derivatives, ch. 13): each coefficient costs a sum over the lower ones.
+A formula written with ``np.sin``, ``np.sqrt``, ``+``, ``*`` ... takes arrays and `Taylor` alike.
+The recurrences are the usual ones (Griewank and Walther, Evaluating Derivatives, ch. 13): each
+coefficient costs a sum over the lower ones.
 """
 
 from __future__ import annotations

@@ -19,13 +19,13 @@ def matrix(q: Array) -> Array:
 
 
 def turning(q: Array, turn: Array) -> Array:
-    """Return the derivative (4, n) of q as it turns by ``turn`` (3, n) in a unit of time."""
+    """Return the derivative (4, n) of q at angular velocity ``turn`` (3, n)."""
     half, v = turn / 2, q[1:]
     return np.concatenate([-(half * v).sum(0)[None], q[0] * half + cross(half, v)])
 
 
 def turned(q: Array, turn: Array) -> Array:
-    """Return q followed by a rotation that is ``turn`` (3, n) to second order (tan of half the angle, Cayley)."""
+    """Return q followed by Cayley's rotation of ``turn`` (3, n), to second order its angle."""
     out = q + turning(q, turn)
     return np.asarray(out / np.sqrt((out * out).sum(0)))
 
@@ -60,7 +60,7 @@ def quaternion(r: Array) -> Array:
 
 
 def fitted(body: Array, world: Array) -> Array:
-    """Return the quaternions (4, n) of the proper rotations that best carry points onto points, both (p, 3, n).
+    """Fit quaternions (4, n) of rotations that carry points onto points, both (p, 3, n).
 
     Source: Kabsch 1976; the mirror image is excluded, so that a body keeps its handedness.
     """

@@ -10,7 +10,7 @@ from . import rotation
 
 
 def matrix(q: Any) -> Array:
-    """Return the rotation matrices (3, 3, n) of quaternions (4, n), scalar first, of any length but 0.
+    """Return rotation matrices (3, 3, n) of quaternions (4, n), scalar first.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def matrix(q: Any) -> Array:
 
 
 def quaternion(r: Any) -> Array:
-    """Return the unit quaternions (4, n), scalar first, of rotation matrices (3, 3, n), without loss of digits.
+    """Return unit quaternions (4, n), scalar first, of rotation matrices (3, 3, n).
 
     Raises
     ------

@@ -1,6 +1,7 @@
 """The six surfaces of Table I, and their regular charts (Mangeron, Oğuztöreli and Plitea 1970).
 
-The formulas are the table's; domains and the other charts are ours.  Each axis of revolution is local Z.
+The formulas are the table's; domains and the other charts are ours.  Each axis of revolution is
+local Z.
 """
 
 # ruff: noqa: ARG002  (a kind need not use every argument of its formulas)
@@ -35,7 +36,9 @@ class Cylinder(Revolved, Quadric):
 
 
 class Cone(Revolved, Quadric):
-    """Angle delta between axis and generator [rad]; w is the distance from the axis, negative on the lower nappe."""
+    """Angle delta between axis and generator [rad]; w is the distance from the axis, negative on
+    the lower nappe.
+    """
 
     name = "cone"
     parameters = ("delta",)
@@ -105,7 +108,9 @@ class HyperboloidAxial(_Hyperboloid):
 
 
 class HyperboloidRuled(_Hyperboloid):
-    """One sheet by its straight generators: u is the azimuth where they cross the waist, n w the axial coordinate."""
+    """One sheet by its straight generators: u is the azimuth where they cross the waist, n w the
+    axial coordinate.
+    """
 
     name = "hyperboloid:ruled"
     lengths = ("m", "n")
@@ -123,7 +128,9 @@ class HyperboloidRuled(_Hyperboloid):
 
 
 class Hyperboloid(_Hyperboloid):
-    """One sheet, the half Z >= 0, as in Table I: w >= m is the distance from the axis; singular at the waist."""
+    """One sheet, the half Z >= 0, as in Table I: w >= m is the distance from the axis; singular at
+    the waist.
+    """
 
     name = "hyperboloid"
     lengths = ("m", "n", "w")
@@ -146,7 +153,8 @@ class Hyperboloid(_Hyperboloid):
 
 
 class Torus(Revolved):
-    """Circle of radius r, its centre at distance p from the axis; u around, w from the top of the circle outwards.
+    """Circle of radius r, its centre at distance p from the axis; u around, w from the top of the
+    circle outwards.
 
     The implicit function is the quartic over 8 p r, as the product of  (s - p)^2 + Z^2 - r^2  and
     (s + p)^2 + Z^2 - r^2,  s the distance from the axis: so no digit is lost as r tends to p.
@@ -229,7 +237,9 @@ class Sphere(SphereZ):
 
 
 class Plane(Revolved, Quadric):
-    """Z = 0 in polar coordinates, as in Table I: w along the ray at the angle u, negative beyond the origin."""
+    """Z = 0 in polar coordinates, as in Table I: w along the ray at the angle u, negative beyond
+    the origin.
+    """
 
     name = "plane"
     lengths: ClassVar[tuple[str, ...]] = ("w",)

@@ -1,8 +1,10 @@
-"""All ways to assemble a mechanism at given values of its drivers: by closed elimination, else from random positions.
+"""All ways to assemble a mechanism at given values of its drivers: by closed elimination, else from
+random positions.
 
-Elimination (`closed_form`) misses none.  Newton's method from random starts cannot prove that: how often each assembly
-was found, how many starts found nothing new, and whether their number is even, as it is of algebraic guides, say how
-likely it is.  That what was found is there, and that no two are one, is certain in the sense of `Assemblies.certified`.
+Elimination (`closed_form`) misses none.  Newton's method from random starts cannot prove that: how
+often each assembly was found, how many starts found nothing new, and whether their number is even,
+as it is of algebraic guides, say how likely it is.  That what was found is there, and that no two
+are one, is certain in the sense of `Assemblies.certified`.
 """
 
 from __future__ import annotations
@@ -50,8 +52,9 @@ class Assemblies:
     hits : ndarray, shape (a,)
         How many starts came to it; 0 if it was found by elimination.
     certified : ndarray, shape (a,)
-        Whether Newton's method provably converges from there (h < 1/2, Newton-Kantorovich, the second derivatives
-        taken at the root and doubled), and its ball of convergence meets no other's.
+        Whether Newton's method provably converges from there (h < 1/2, Newton-Kantorovich, the
+        second derivatives taken at the root and doubled), and its ball of convergence meets no
+        other's.
     double : ndarray, shape (a,)
         Whether two assemblies coincide there to rounding; elimination tells.
     complete : ndarray, shape (n,)
@@ -61,8 +64,8 @@ class Assemblies:
     starts, fruitless : ndarray, shape (n,)
         Random starts, and how many of them, at least, came after the last that found an assembly.
     even : ndarray, shape (n,)
-        Whether assemblies, double ones twice, are even in number.  On guides without an edge an odd number means that
-        one was missed, or is a double one.
+        Whether assemblies, double ones twice, are even in number.  On guides without an edge an odd
+        number means that one was missed, or is a double one.
     """
 
     mechanism: Array
@@ -101,15 +104,17 @@ def assemblies(
     mechanisms : Mechanisms
     drivers : array-like, shape (n, k) or (k,)
     hits, most, seed : int
-        Of mechanisms without elimination: starts are made, 128 at first and then twice as many, until every assembly
-        was found `hits` times and they are even in number, or `most` starts were made.
+        Of mechanisms without elimination: starts are made, 128 at first and then twice as many,
+        until every assembly was found `hits` times and they are even in number, or `most` starts
+        were made.
     method : "elimination" or "multi-start"
         Elimination where it applies, or starts for all.
 
     Raises
     ------
     InvalidRequest
-        If driver values are of a wrong shape, a number is out of its range, or there is no such method.
+        If driver values are of a wrong shape, a number is out of its range, or there is no such
+        method.
     """
     choice("method", method, ("elimination", "multi-start"))
     hits, most, seed = whole("hits", hits, 1, MOST), whole("most", most, 1, MOST), whole("seed", seed, 0)
@@ -185,7 +190,7 @@ class _Search:
 def _searched(
     mechanisms: Mechanisms, system: System, who: Array, q: Array, draw: np.random.Generator
 ) -> tuple[Array, Array, Array]:
-    """Return which of `who` came to a root from a random start (r,), their owners, and states (4 + f, r)."""
+    """Solve from random starts: which reached a root (r,), owners, states (4 + f, r)."""
     sub = system.take(who)
     free = np.zeros((system.free, len(who)))
     for d in sub.driven:
@@ -213,7 +218,7 @@ def _there(mechanisms: Mechanisms, system: System, owner: Array, state: State, q
 
 
 def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Array) -> tuple[Array, Array]:
-    """Return the first of those that do not differ in the positions of their points, and the sums of their weights."""
+    """Return one of each group with equal points, and summed weights."""
     if not len(owner):
         return owner, weight
     world = system.take(owner).world(State(states[:4], states[4:]), q[:, owner]).reshape(-1, len(owner))

@@ -1,9 +1,10 @@
 """Closed elimination: all assemblies of a body of three guided points one of which the drivers fix.
 
-These are the classes III and V with a driven curve, V and VI with both coordinates of a surface driven.  The second
-point is where its curve, or the coordinate curve on which its driver leaves it, meets the sphere about the first; the
-third where the circle about the line of both meets its surface (`meeting`): at most two or four times a point each.
-Neither needs a guess, so that the list is complete; Newton's method only mends the last digits.
+These are the classes III and V with a driven curve, V and VI with both coordinates of a surface
+driven.  The second point is where its curve, or the coordinate curve on which its driver leaves it,
+meets the sphere about the first; the third where the circle about the line of both meets its
+surface (`meeting`): at most two or four times a point each. Neither needs a guess, so that the list
+is complete; Newton's method only mends the last digits.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ class Closed:
 
 @dataclass(frozen=True)
 class Rail:
-    """The curve that is left to a point: its guide, the coordinate that is free (0 or 1), and the other."""
+    """The curve that is left to a point: its guide, the coordinate that is free (0 or 1), and the
+    other.
+    """
 
     slot: Slot
     axis: int
@@ -116,7 +119,7 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
 
 
 def _roles(mechanisms: Mechanisms, system: System) -> tuple[int, int, int] | None:
-    """Return the point that the drivers fix, the one left on a curve, and the one on a surface."""
+    """Return the indices of the driven point, one on a curve, one on a surface."""
     fixed = [d.slot.point for d in system.driven if d.column is None]
     curves = [d.slot.point for d in system.driven if d.column is not None]
     surfaces: list[int] = []
@@ -132,7 +135,9 @@ def _local(system: System, point: int, world: Array) -> Array:
 
 
 def _ring(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> Array:
-    """Return the circles of the third points: centre, two radii across each other, and unit axis, (4, 3, n)."""
+    """Return the circles of the third points: centre, two radii across each other, and unit axis,
+    (4, 3, n).
+    """
     along, radius = _triangle(system, roles)[:2]
     axis = (x2 - x1) / np.sqrt(((x2 - x1) ** 2).sum(0))
     side = np.zeros_like(axis)
@@ -143,7 +148,7 @@ def _ring(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> 
 
 
 def _triangle(system: System, roles: tuple[int, int, int]) -> tuple[Array, Array, Array]:
-    """Return how far the third point is along the line of the others and from it, and axes of the body (3, 3, n)."""
+    """Return the third point's coordinates by the others' line, and axes (3, 3, n)."""
     a, b, c = (system.arms[:, i] for i in roles)
     axis = (b - a) / np.sqrt(((b - a) ** 2).sum(0))
     along = ((c - a) * axis).sum(0)
@@ -153,7 +158,7 @@ def _triangle(system: System, roles: tuple[int, int, int]) -> tuple[Array, Array
 
 
 def _on_surface(mechanisms: Mechanisms, system: System, point: int, ring: Array) -> tuple[Roots, Array]:
-    """Return the angles at which rings meet the surface of a point, and which surfaces have a formula."""
+    """Return angles at which rings meet a surface, and a mask of closed formulas."""
     slot = slot_of(point, mechanisms)
     centre = _local(system, point, ring[0])
     first, second = ((system.frames[:, :, point] * v[:, None]).sum(0) for v in ring[1:3])
@@ -168,7 +173,7 @@ def _on_surface(mechanisms: Mechanisms, system: System, point: int, ring: Array)
 
 
 def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Array) -> Array:
-    """Return the rotations (4, n) that carry the triangle of the body to that of the points."""
+    """Return rotations (4, n) from the body's triangle to the points'."""
     radius, body = _triangle(system, roles)[1:]
     out = (np.cos(angle) * ring[1] + np.sin(angle) * ring[2]) / radius
     world = np.stack([ring[3], out, cross(ring[3], out)], axis=1)

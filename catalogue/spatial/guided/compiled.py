@@ -1,5 +1,6 @@
-"""Motion by `kernel`, which numba compiles, where it is installed: for the equations of the pose and the guides of
-`geometry.guides.KINDS`, whatever their charts; what is of another kind is left to numpy."""
+"""Follow motions by the compiled `kernel`, where numba is installed: for the equations of the pose
+and the guides of `geometry.guides.KINDS`, whatever their charts; what is of another kind is left to
+numpy."""
 
 from __future__ import annotations
 
@@ -98,9 +99,10 @@ def _own(v: Array) -> Array:
 
 
 def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) -> tuple[Array, ...]:
-    """Lead mechanisms along paths (n, s, k) from states (n, 4 + f), those that are to begin.
+    """Lead mechanisms along paths (n, s, k) from states (n, 4 + f).
 
-    Returns states at the nodes (n, s, 4 + f), how many were reached, why not more, where motions end, and the steps.
+    Returns states at the nodes (n, s, 4 + f), how many were reached, why not more, where motions
+    end, and the steps.
     """
     k, (n, s, _), rows = fast.kernel, nodes.shape, begin.shape[1]
     path = plain(nodes / fast.units.T[:, None])
@@ -115,7 +117,9 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
 
 
 def measured(fast: Fast, nodes: Array, states: Array, reached: Array, found: Sequence[Array]) -> None:
-    """Fill in what is found at the nodes reached, as `kernel.Measured`; `good` is where nothing is to be said of it."""
+    """Fill in what is found at the nodes reached, as `kernel.Measured`; `good` is where nothing is
+    to be said of it.
+    """
     path, tests = plain(nodes / fast.units.T[:, None]), (CLOSED, LOST, AT_APEX)
     given = fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests
     call(fast.kernel.measured, *given, fast.kernel.Measured(*found), fast.work)

@@ -1,6 +1,8 @@
-"""Velocity, acceleration and every higher derivative of a position: a linear system per order, with one inverse.
+"""Velocity, acceleration and every higher derivative of a position: a linear system per order, with
+one inverse.
 
-The systems are those of the formulation (`formulation.series`); what is read off is the same for all.
+The systems are those of the formulation (`formulation.series`); what is read off is the same for
+all.
 """
 
 from __future__ import annotations
@@ -40,10 +42,11 @@ class Jets:
     coordinates : ndarray, shape (n, p, 2, order + 1)
         u, w and their derivatives; NaN where the chart is singular, and w on curves.
     condition : ndarray, shape (n,)
-        Condition number of the Jacobian; a relative error of about 2e-16 times it in each order is to be expected.
+        Condition number of the Jacobian; a relative error of about 2e-16 times it in each order is
+        to be expected.
     chart : ndarray, shape (n, p)
-        Smallest of ``|X_u|``, ``|X_w|`` and ``|X_u x X_w|`` per unit of coordinate, in units of length: 0 where the
-        chart of a guide is singular (the motion is not).
+        Smallest of ``|X_u|``, ``|X_w|`` and ``|X_u x X_w|`` per unit of coordinate, in units of
+        length: 0 where the chart of a guide is singular (the motion is not).
     """
 
     points: Array
@@ -61,9 +64,10 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     mechanisms : Mechanisms
     positions : Positions
     rates : array-like, shape (n, k, order) or (k, order)
-        First and higher derivatives of each driver.  For one degree of freedom (1, 0, 0, ...) gives the derivatives by
-        the driver itself, the *reduced* velocities and accelerations of any order (Mangeron, Oğuztöreli and Plitea
-        1970, sec. 6b), which do not depend on the law of the motion.
+        First and higher derivatives of each driver.  For one degree of freedom (1, 0, 0, ...) gives
+        the derivatives by the driver itself, the *reduced* velocities and accelerations of any
+        order (Mangeron, Oğuztöreli and Plitea 1970, sec. 6b), which do not depend on the law of the
+        motion.
 
     Raises
     ------
@@ -100,7 +104,7 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
 
 
 def _coordinates(mechanisms: Mechanisms, system: System, positions: Positions, world: Array) -> tuple[Array, Array]:
-    """Return series of u, w, shape (n, p, 2, order + 1), and how regular the charts are, (n, p)."""
+    """Return series of u, w, (n, p, 2, order + 1), and regularity (n, p)."""
     n, p = mechanisms.body.shape[:2]
     out, chart = np.empty((n, p, 2, len(world))), np.empty((n, p))
     for i, guides in enumerate(mechanisms.guides):
@@ -117,7 +121,7 @@ def _coordinates(mechanisms: Mechanisms, system: System, positions: Positions, w
 
 
 def lifted(kind: Kind, start: list[Array], x: Array, p: Array) -> tuple[Array, Array]:
-    """Return the series of u, w (2, order + 1, n) of points x (order + 1, 3, n) on a guide, and the chart's metric."""
+    """Return series of u, w (2, order + 1, n) of points, and the metric."""
     order, n = len(x) - 1, x.shape[-1]
     curve = kind.conditions == 2
     u, w = start[0], np.zeros(n) if curve else start[1]

@@ -1,10 +1,11 @@
-"""The equations of curvilinear distances: every two points of the body keep theirs, their guides' coordinates unknown.
+"""The equations of curvilinear distances: every two points of the body keep theirs, their guides'
+coordinates unknown.
 
-(2.2a.3), (2.2b.2), (2.2c.2), (3.3a.2), (3.3b.1) and (4.4a.2) of Mangeron, Oğuztöreli and Plitea 1970, each divided by
-twice the distance.  Of the ten of five points one follows from the others: that with the largest product of its
-points' volumes is left out, as the determinant is in proportion to it.  Distances do not know a body from its mirror
-image, nor nine of them from one that breaks the tenth: what comes out is fitted by the
-body, and refused if it does not fit.
+(2.2a.3), (2.2b.2), (2.2c.2), (3.3a.2), (3.3b.1) and (4.4a.2) of Mangeron, Oğuztöreli and Plitea
+1970, each divided by twice the distance.  Of the ten of five points one follows from the others:
+that with the largest product of its points' volumes is left out, as the determinant is in
+proportion to it.  Distances do not know a body from its mirror image, nor nine of them from one
+that breaks the tenth: what comes out is fitted by the body, and refused if it does not fit.
 """
 
 from __future__ import annotations
@@ -25,9 +26,12 @@ from .unknowns import Equations, Slot, State
 FLAT = "distances do not determine a flat body of four or five points"
 COINCIDENT = "distances do not determine points of the body that coincide"
 CHART = "a guide's chart is singular there, and distances with it"
-#: Third extent of a body, of the first, below which it counts as flat; and distance of points, in units.
-THIN, NEAR = 1e-6, 1e-9
-#: Arc per unit of a coordinate, in units, below or above the inverse of which its chart is the reason.
+#: Third extent of a body, of the first, below which it counts as flat.
+THIN = 1e-6
+#: Distance of points that counts as none, in units.
+NEAR = 1e-9
+#: Arc per unit of a coordinate, in units, below or above the inverse of which its chart is the
+#: reason.
 NO_ARC = 1e-4
 
 
@@ -228,9 +232,10 @@ def distance_series(
 
 
 def _spin(world: Array) -> Array:
-    """Return the series of the angular velocity (order, 3, n) of points (order + 1, 3, p, n) of a rigid body.
+    """Return the series of angular velocity (order, 3, n) of moving points.
 
-    Order by order the least squares of  (k + 1) r_(k+1) = sum_j w_j x r_(k-j)  over all points, from their mean.
+    Order by order the least squares of  (k + 1) r_(k+1) = sum_j w_j x r_(k-j)  over all points,
+    from their mean.
     """
     r = np.moveaxis(world - world.mean(2, keepdims=True), (1, 2), (3, 2))  # (order + 1, n, p, 3)
     zero = np.zeros(r.shape[1:3])
@@ -251,7 +256,9 @@ def _lengths(arms: Array, pairs: list[tuple[int, int]]) -> Array:
 
 
 def _kept(arms: Array, pairs: list[tuple[int, int]], length: Array, count: int) -> Array:
-    """Return which pairs are used, (count, n): all but, of five points, the one of the largest self-stress."""
+    """Return which pairs are used, (count, n): all but, of five points, the one of the largest
+    self-stress.
+    """
     n = arms.shape[-1]
     every = np.repeat(np.arange(len(pairs))[:, None], n, axis=1)
     if count == len(pairs):

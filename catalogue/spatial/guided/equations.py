@@ -1,10 +1,13 @@
-"""The equations of a batch of mechanisms: residual and Jacobian, without dimensions, the batch last.
+"""The equations of a batch of mechanisms: residual and Jacobian, without dimensions, the batch
+last.
 
-Unknown are the rotation of the body and the free coordinate of each driven point on a surface.  The first driven point
-is the base: it lies on its guide by its coordinates and carries the body.  Points that are not driven give the implicit
-functions of their guides, divided by their gradients, so that a residual is a distance; further driven points give
-three coordinates.  So the classes I to VI have 4, 3, 3, 5, 4, 6 equations (Mangeron, Oğuztöreli and Plitea 1970 have 9,
-6, 3, 6, 3, 3), which know the handedness of the body, hold for flat bodies and need no chart of the undriven points.
+Unknown are the rotation of the body and the free coordinate of each driven point on a surface.  The
+first driven point is the base: it lies on its guide by its coordinates and carries the body.
+Points that are not driven give the implicit functions of their guides, divided by their gradients,
+so that a residual is a distance; further driven points give three coordinates.  So the classes I to
+VI have 4, 3, 3, 5, 4, 6 equations (Mangeron, Oğuztöreli and Plitea 1970 have 9, 6, 3, 6, 3, 3),
+which know the handedness of the body, hold for flat bodies and need no chart of the undriven
+points.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ from .unknowns import Driven, Equations, Slot, State
 
 @dataclass(frozen=True)
 class System:
-    """Equations of `Mechanisms`, made by `of`; lengths in units of their own, about the origin of the base's guide.
+    """Equations of `Mechanisms`, made by `of`; lengths in units of their own, about the origin of
+    the base's guide.
 
     Attributes
     ----------
@@ -126,7 +130,9 @@ class System:
         return state
 
     def lost(self, state: State, q: Array) -> Array:  # noqa: ARG002, other formulations need them
-        """Return where these equations, not the mechanism, are singular in a state: the reason, or empty."""
+        """Return where these equations, not the mechanism, are singular in a state: the reason, or
+        empty.
+        """
         return np.full(len(self), "", dtype="U90")
 
     def take(self, index: Array) -> Self:
@@ -216,7 +222,9 @@ class System:
     def _columns(
         d: Driven, t: Array, metric: Array, travel: Array
     ) -> tuple[list[tuple[int, Array]], list[tuple[int, Array]]]:
-        """Return the unit tangent of the free coordinate with its column, tangents of the drivers; fill the arcs."""
+        """Return the unit tangent of the free coordinate with its column, tangents of the drivers;
+        fill the arcs.
+        """
         own, by = [], []
         for axis, k in enumerate(d.driver):
             length = np.sqrt((t[axis] ** 2).sum(0))
@@ -230,7 +238,7 @@ class System:
         return own, by
 
     def _implicit(self, world: Array, index: Any) -> tuple[Array, Array]:
-        """Return distances from the guides (r, n), to first order, and unit normals (3, r, n) at points (3, r, n)."""
+        """Return first-order distances (r, n) and unit normals (3, r, n) at points (3, r, n)."""
         frame = self.frames[:, :, index]
         x = np.einsum("ijrn,irn->jrn", frame, world - self.origins[:, index])
         value = ((self.quadrics[:3] * x + self.quadrics[3:6]) * x).sum(0) + self.quadrics[6]
@@ -247,7 +255,7 @@ class System:
 
 
 def slot_of(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:
-    """Return the guides of a point in units, in the charts that are regular where w is free if those are asked for."""
+    """Return the guides of a point in units, in charts regular at w if asked."""
     guides, unit = mechanisms.guides[point], mechanisms.unit
     p = np.zeros((guides.parameters.shape[1], len(unit)))
     for kind, where, values in guides.each():

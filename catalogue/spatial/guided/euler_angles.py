@@ -1,11 +1,12 @@
-"""The equations of Euler angles: precession psi, nutation theta and spin phi of axes that the points of the body make.
+"""The equations of Euler angles: precession psi, nutation theta and spin phi of axes that the
+points of the body make.
 
-The origin of the axes is A1, the base; zeta goes through A2, and A3 is in the plane of xi and zeta (Mangeron,
-Oğuztöreli and Plitea 1970, Nota I, (2.2)).  Rotation Rz(psi) Rx(theta) Rz(phi); the matrix W of (2.7) and (3.4)
-has the columns psi, theta, phi here, in the order of the unknowns, and its rows are those of the pose, so that its
-theorems 1 and 2 hold for all six classes.  Each step of (2.5), and each order of the reduced velocities and
-accelerations, is a linear system with W.  det W = sin(theta) det M, M regular where the mechanism is: zeta along z is
-singular.
+The origin of the axes is A1, the base; zeta goes through A2, and A3 is in the plane of xi and zeta
+(Mangeron, Oğuztöreli and Plitea 1970, Nota I, (2.2)).  Rotation Rz(psi) Rx(theta) Rz(phi); the
+matrix W of (2.7) and (3.4) has the columns psi, theta, phi here, in the order of the unknowns, and
+its rows are those of the pose, so that its theorems 1 and 2 hold for all six classes.  Each step of
+(2.5), and each order of the reduced velocities and accelerations, is a linear system with W.  det W
+= sin(theta) det M, M regular where the mechanism is: zeta along z is singular.
 """
 
 from __future__ import annotations
@@ -24,14 +25,16 @@ from .series import base_series, last_residual
 from .unknowns import Equations, State
 
 SINGULAR = "Euler angles are singular: the line of the first two points is along z"
-#: Sine of the nutation below which that is why nothing was found, and below which precession and spin are one.
-FLAT, ONE = 1e-4, 1e-8
+#: Sine of the nutation below which Euler angles are why nothing was found.
+FLAT = 1e-4
+#: Sine of the nutation below which precession and spin are one.
+ONE = 1e-8
 #: Part of the largest triangle below which three points make no axes.
 SLENDER = 0.1
 
 
 class Angles(State):
-    """Angles psi, theta, phi (3, n) in the place of the quaternion, and free coordinates (f, n)."""
+    """Angles psi, theta, phi (3, n) for the quaternion, and free coordinates (f, n)."""
 
     def moved(self, step: Array, metric: Array) -> Angles:
         with np.errstate(all="ignore"):
@@ -98,7 +101,9 @@ class EulerAngles(System):
 
 
 def _euler(c: Array, s: Array, series: bool = False) -> Array:
-    """Return Rz Rx Rz (3, 3, n) from cosines and sines of psi, theta, phi; from series (3, k, n) the series of it."""
+    """Return Rz Rx Rz (3, 3, n) from cosines and sines of psi, theta, phi; from series (3, k, n)
+    the series of it.
+    """
     if not series:
         (c1, c2, c3), (s1, s2, s3) = c, s
     else:

@@ -1,8 +1,8 @@
 """Interpolate positions between nodes of traces, correct them at their drivers, and check them.
 
-Polynomials through two nodes and their neighbours agree to so many digits that one or two corrections
-are enough.  A position counts where Newton's method stays near its polynomial, the rates agree with
-its derivative, and the determinant has the sign of the curve.
+Polynomials through two nodes and their neighbours agree to so many digits that one or two
+corrections are enough.  A position counts where Newton's method stays near its polynomial, the
+rates agree with its derivative, and the determinant has the sign of the curve.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ NEAR = 1e-3
 ALIKE = 1e-2
 #: Largest ratio of a correction to the one before.
 SECOND = 0.2
-#: The same where steps lead to a position alone.
-NEAR_ALONE, ALIKE_ALONE = 0.1, 0.2
+#: `NEAR` where steps lead to a position alone.
+NEAR_ALONE = 0.1
+#: `ALIKE` where steps lead to a position alone.
+ALIKE_ALONE = 0.2
 #: Sine of the angle between two pieces of a path below which the node between them is no corner.
 STRAIGHT = 1e-9
 #: Rounding errors by which a driver's value may be beside a straight line.
@@ -115,9 +117,10 @@ class Pieces:
 
 
 def fill(curve: LineCurve, traces: Traces, sign: Array, who: Array, value: Array, next_: Array) -> tuple[Array, Array]:
-    """Find states (m, numbers) of curves `who` (m,) at values (m,) of their drives, and success (m,).
+    """Find states (m, numbers) of curves `who` at values of their drives, and success.
 
-    `sign` (n,) is that of the determinants of curves; `next_` (m,) marks poses to which steps lead alone.
+    `sign` (n,) is that of the determinants of curves; `next_` (m,) marks poses to which steps lead
+    alone.
     """
     states, good = np.full((len(value), len(curve.weight)), np.nan), np.zeros(len(value), bool)
     if not len(value) or len(traces.who) == len(traces.reason):

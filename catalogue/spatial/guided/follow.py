@@ -1,7 +1,7 @@
-"""Motion of a batch along a path of the drivers, from node to node, each mechanism with steps of its own.
+"""Follow a batch along a path of drivers, each mechanism with its own steps.
 
-A mechanism ends where its motion does: at a turning point of the path's parameter, a branch point, an apex or the edge
-of a guide.  It never goes on from another branch without saying so.
+A mechanism ends where its motion does: at a turning point of the path's parameter, a branch point,
+an apex or the edge of a guide.  It never goes on from another branch without saying so.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Motion:
     reason : ndarray of str, shape (n,)
         Empty if all nodes were reached, else why not.
     end : ndarray, shape (n,)
-        Where the motion ends, in nodes from the first: at a turning point to about the square root of rounding squared,
-        elsewhere to the last step.
+        Where the motion ends, in nodes from the first: at a turning point to about the square root
+        of rounding squared, elsewhere to the last step.
     end_drivers : ndarray, shape (n, k)
         Values of the drivers there.
     steps : ndarray, shape (n,)
@@ -112,7 +112,7 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
 def _measured(
     mechanisms: Mechanisms, fast: compiled.Fast | None, nodes: Array, states: Array, reached: Array
 ) -> Positions:
-    """Return the positions in the states (n, s, 4 + f) that were stored, a mechanism's together.
+    """Return positions of stored states (n, s, 4 + f), a mechanism's together.
 
     They are measured by the kernel, and by numpy where there is none, or something to say of one.
     """
@@ -140,7 +140,8 @@ def _measured(
 def _reported(mechanisms: Mechanisms, system: System, state: State, values: Array) -> Positions:
     """Return the positions in states that steps led to.
 
-    Where a guide is bent so much that the last of them left the mechanism open, Newton's method closes it.
+    Where a guide is bent so much that the last of them left the mechanism open, Newton's method
+    closes it.
     """
     every = np.ones(len(system), bool)
     at = reported(mechanisms, system, state, values, every, every.astype(int))

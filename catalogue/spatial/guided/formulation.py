@@ -1,4 +1,6 @@
-"""Which equations a mechanism is computed by: those of its pose, of Euler angles, or of curvilinear distances."""
+"""Which equations a mechanism is computed by: those of its pose, of Euler angles, or of curvilinear
+distances.
+"""
 
 from __future__ import annotations
 
@@ -29,6 +31,8 @@ def formulated(mechanisms: Mechanisms) -> System:
 def series(
     mechanisms: Mechanisms, system: System, state: State, q: Array, metric: Array, inverse: Array
 ) -> tuple[Array, Array]:
-    """Return the series of the points (order + 1, 3, p, n) and of the angular velocity (order, 3, n): `pose_series`."""
+    """Return series of points (order + 1, 3, p, n) and angular velocity (order, 3, n):
+    `pose_series`.
+    """
     found: tuple[Array, Array] = WAYS[mechanisms.formulation][1](mechanisms, system, state, q, metric, inverse)
     return found

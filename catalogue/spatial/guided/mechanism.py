@@ -1,4 +1,6 @@
-"""Mechanisms: a rigid body with points on fixed surfaces and curves, many at a time, checked when they are made."""
+"""Mechanisms: a rigid body with points on fixed surfaces and curves, many at a time, checked when
+they are made.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,8 @@ from ...given import array, choice, pair, several, text, whole
 from ...kinematics.types import Array
 from ..geometry.guides import Guides, same
 
-#: Class and degrees of freedom by (curves, surfaces): Mangeron, Oğuztöreli and Plitea 1970, sec. 2 to 4.
+#: Class and degrees of freedom by (curves, surfaces): Mangeron, Oğuztöreli and Plitea 1970, sec. 2
+#: to 4.
 CLASSES = {
     (0, 5): ("I", 1),
     (1, 3): ("II", 1),
@@ -23,7 +26,8 @@ CLASSES = {
     (1, 2): ("V", 2),
     (0, 3): ("VI", 3),
 }
-#: Equations of the position: of the pose of the body; of Euler angles (Nota I); of curvilinear distances (sec. 2 to 4).
+#: Equations of the position: of the pose of the body; of Euler angles (Nota I); of curvilinear
+#: distances (sec. 2 to 4).
 FORMULATIONS = ("pose", "euler-angles", "distances")
 #: A body whose second extent is a smaller part of its diameter is a line: its spin is undetermined.
 COLLINEAR = 1e-12
@@ -40,15 +44,19 @@ class Mechanisms:
     body : array-like, shape (n, p, 3) or (p, 3)
         Guided points A_1 ... A_p in the body.
     guides : sequence of p Guides
-        Curves and surfaces may be mixed within a point's guides if all are curves or all are surfaces.
+        Curves and surfaces may be mixed within a point's guides if all are curves or all are
+        surfaces.
     drivers : sequence of (int, str)
-        Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees of freedom.
+        Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees
+        of freedom.
     formulation : "pose", "euler-angles" or "distances"
-        Equations by which positions, motions and derivatives are computed; the results are the same.  ``"pose"`` has no
-        singular position but those of the mechanism.  ``"euler-angles"`` are those of the first note, precession,
-        nutation and spin of the axes through A1, A2 and A3, for all six classes; they are singular where A1A2 is along
-        z.  ``"distances"`` has the curvilinear coordinates for unknowns and the distances of the points for equations;
-        it is singular for flat bodies of four or five points, for points that coincide, and where a chart is.
+        Equations by which positions, motions and derivatives are computed; the results are the
+        same.  ``"pose"`` has no singular position but those of the mechanism.  ``"euler-angles"``
+        are those of the first note, precession, nutation and spin of the axes through A1, A2 and
+        A3, for all six classes; they are singular where A1A2 is along z.  ``"distances"`` has the
+        curvilinear coordinates for unknowns and the distances of the points for equations; it is
+        singular for flat bodies of four or five points, for points that coincide, and where a chart
+        is.
 
     Attributes
     ----------
@@ -133,12 +141,14 @@ class Mechanisms:
 
     @cached_property
     def series(self) -> Array:
-        """Degeneration series: degrees of freedom, and how many surfaces each different point of the body is on.
+        """Degeneration series: degrees of freedom, and how many surfaces each different point of
+        the body is on.
 
-        Every class is a special case of five, four or three surfaces whose points coincide in part: a curve is a point
-        on two surfaces, a fixed point one on three.  ``1.11111`` is class I, ``1.2111`` II (A5 = A1), ``1.221`` III
-        (A4 = A1, A5 = A2), ``1.311`` a body about a fixed point, ``2.1111`` IV, ``2.211`` V (A4 = A1), ``3.111`` VI;
-        a mechanism of class I with A5 = A1 in the body is in the series of class II.  Shape (n,) of str.
+        Every class is a special case of five, four or three surfaces whose points coincide in part:
+        a curve is a point on two surfaces, a fixed point one on three.  ``1.11111`` is class I,
+        ``1.2111`` II (A5 = A1), ``1.221`` III (A4 = A1, A5 = A2), ``1.311`` a body about a fixed
+        point, ``2.1111`` IV, ``2.211`` V (A4 = A1), ``3.111`` VI; a mechanism of class I with A5 =
+        A1 in the body is in the series of class II.  Shape (n,) of str.
         """
         p = len(self.curves)
         apart = np.linalg.norm(self.body[:, :, None] - self.body[:, None], axis=-1)

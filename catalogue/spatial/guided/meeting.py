@@ -1,8 +1,10 @@
-"""Where a curve meets a sphere and a circle a surface: the two steps of closed elimination, for many at once.
+"""Where a curve meets a sphere and a circle a surface: the two steps of closed elimination, for
+many at once.
 
-What a curve is, is seen from its chart: one that runs along a line, a circle, an ellipse, a helix or a hyperbola has a
-formula, whatever its kind is called.  So is it seen whether a surface is a quadric or a torus: its implicit function is
-a trigonometric polynomial of degree 2 along every circle.
+What a curve is, is seen from its chart: one that runs along a line, a circle, an ellipse, a helix
+or a hyperbola has a formula, whatever its kind is called.  So is it seen whether a surface is a
+quadric or a torus: its implicit function is a trigonometric polynomial of degree 2 along every
+circle.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ TURNS = 64
 def curve_and_sphere(
     curve: Callable[[float], Array], centre: Array, radius: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return the parameters at which curves meet spheres, and which curves have a formula for it, shape (m,).
+    """Return parameters at which curves meet spheres, and a mask of closed formulas (m,).
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def curve_and_sphere(
 def circle_and_surface(
     surface: Callable[[Array], Array], centre: Array, first: Array, second: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return the angles at which circles meet surfaces, and which surfaces have a formula for it, shape (m,).
+    """Return angles at which circles meet surfaces, and a mask of closed formulas (m,).
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""Newton's method, damped, on a batch: every mechanism has its own step length and stops on its own."""
+"""Newton's method, damped, on a batch: every mechanism has its own step length and stops on its
+own.
+"""
 
 from __future__ import annotations
 
@@ -15,15 +17,17 @@ from .unknowns import Equations, State
 LAST = 1e-8
 #: Rounding errors, of the largest length that occurs, to which a residual can be brought.
 NOISE = 8 * float(np.finfo(float).eps)
-#: Largest step [rad, units], and shortest part of it that is tried.
-CAP, SHORTEST = 0.7, 2.0**-12
+#: Largest step [rad, units].
+CAP = 0.7
+#: Shortest part of a step that is tried.
+SHORTEST = 2.0**-12
 #: Steps after which a start is given up.
 STEPS = 60
 
 
 @dataclass(frozen=True)
 class Root:
-    """Where Newton's method stopped, whether that is a root, and after how many evaluations, shape (n,)."""
+    """Result of Newton's method: states, success (n,) and counts of evaluations (n,)."""
 
     state: State
     found: Array
@@ -33,9 +37,9 @@ class Root:
 def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
     """Solve the equations from a start at the driver values q (k, n).
 
-    A step is shortened to `CAP`, then halved until the residual falls by a quarter of what it promises.  A root is one
-    where the last full step is below `LAST`, or where the residual is noise and steps no longer shrink, as they do not
-    near a singular position.
+    A step is shortened to `CAP`, then halved until the residual falls by a quarter of what it
+    promises.  A root is one where the last full step is below `LAST`, or where the residual is
+    noise and steps no longer shrink, as they do not near a singular position.
     """
     n = len(system)
     state = start.copy()

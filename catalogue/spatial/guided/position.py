@@ -1,4 +1,4 @@
-"""Positions of a batch at given driver values, each with its residual, its condition and what there is to say."""
+"""Solve positions of a batch at driver values, with residuals, conditions and messages."""
 
 from __future__ import annotations
 
@@ -27,13 +27,15 @@ EDGE = "off the edge of a guide"
 APEX = "at the apex of a guide"
 CHART = "driven coordinate is singular"
 NOT_FINITE = "driver is not finite"
-#: Largest distance from a guide at which a body counts as assembled, in the largest length of the mechanism.
+#: Largest distance from a guide at which a body counts as assembled, in the largest length of the
+#: mechanism.
 ASSEMBLED = 1e-12
 #: Up to which distance rounding explains it; beyond, a motion's position is closed again.
 CLOSED = 2e-14
 #: Condition number above which a position counts as singular.
 LOST = 1e12
-#: Condition number above which Newton's method, stopped without a root, was stopped by a dead point.
+#: Condition number above which Newton's method, stopped without a root, was stopped by a dead
+#: point.
 NEARLY_LOST = 100.0
 #: Cosine between the residual and what motions can change, below which they cannot reduce it.
 NO_SLOPE = 0.05
@@ -57,7 +59,8 @@ class Positions:
     residual : ndarray, shape (n,)
         Largest distance of a point from its guide, in diameters of the body.
     condition : ndarray, shape (n,)
-        Condition number (Frobenius) of the Jacobian in radians and diameters: rotations and arcs against distances.
+        Condition number (Frobenius) of the Jacobian in radians and diameters: rotations and arcs
+        against distances.
     reason : ndarray of str, shape (n,)
         Empty on success.
     evaluations : ndarray, shape (n,)
@@ -91,8 +94,9 @@ class Positions:
 def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positions:
     """Assemble the mechanisms at given values of the drivers, near a start.
 
-    From known positions the assembly is kept: the drivers go straight to their values, and what lies past a dead point
-    or a branch point is refused with that reason, even where Newton's method would find an assembly.
+    From known positions the assembly is kept: the drivers go straight to their values, and what
+    lies past a dead point or a branch point is refused with that reason, even where Newton's method
+    would find an assembly.
 
     Parameters
     ----------
@@ -130,7 +134,9 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
 
 
 def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positions:
-    """Return found positions; of those to which no straight way of the drivers leads from a start, only say why."""
+    """Return found positions; of those to which no straight way of the drivers leads from a start,
+    only say why.
+    """
     from .follow import follow
     from .walk import TURNING
 
@@ -149,7 +155,9 @@ def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positio
 def reported(
     mechanisms: Mechanisms, system: System, state: State, values: Array, found: Array, evaluations: Array
 ) -> Positions:
-    """Return the positions in a state (of `equations`) with what is measured there; `found` is what Newton says."""
+    """Return the positions in a state (of `equations`) with what is measured there; `found` is what
+    Newton says.
+    """
     q = values.T / driver_units(mechanisms)
     finite = np.isfinite(q).all(0)
     now = system.evaluate(state, np.where(finite, q, 0))
@@ -182,14 +190,16 @@ def reported(
 
 
 def _stationary(now: Equations) -> Array:
-    """Return where no small motion reduces the residual to first order: the body can come no nearer to its guides."""
+    """Return where no small motion reduces the residual to first order: the body can come no nearer
+    to its guides.
+    """
     slope = np.sqrt(((now.jacobian * now.residual[:, None]).sum(0) ** 2).sum(0))
     norms = np.sqrt((now.jacobian**2).sum((0, 1)) * (now.residual**2).sum(0))
     return np.asarray(slope < NO_SLOPE * norms)
 
 
 def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
-    """Return the condition numbers (n,), lengths being in diameters = 1 / `unit`, and the inverses (m, m, n)."""
+    """Return condition numbers (n,), lengths in diameters = 1 / `unit`, and inverses (m, m, n)."""
     m, n = now.residual.shape
     inverse, _ = solve(now.jacobian, np.broadcast_to(np.eye(m)[:, :, None], (m, m, n)))
     weight = np.ones((m, n))
@@ -268,7 +278,9 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
 
 
 def _located(mechanisms: Mechanisms, system: System, state: State, values: Array, local: Array) -> Array:
-    """Return u, w of all points from local points (3, p, n); driven and free coordinates as they are."""
+    """Return u, w of all points from local points (3, p, n); driven and free coordinates as they
+    are.
+    """
     n, p = mechanisms.body.shape[:2]
     out = np.empty((n, p, 2))
     for i, guides in enumerate(mechanisms.guides):
@@ -288,7 +300,7 @@ def _located(mechanisms: Mechanisms, system: System, state: State, values: Array
 
 
 def off_edge(mechanisms: Mechanisms, system: System, local: Array) -> Array:
-    """Return where a point (3, p, n) is on the part of a guide that its chart does not reach, shape (n,)."""
+    """Return a mask (n,) of points (3, p, n) beyond the chart of their guide."""
     out = np.zeros(len(system), bool)
     for i, guides in enumerate(mechanisms.guides):
         for kind, where, p in guides.each():
@@ -298,7 +310,7 @@ def off_edge(mechanisms: Mechanisms, system: System, local: Array) -> Array:
 
 
 def _apex(mechanisms: Mechanisms, local: Array, system: System) -> Array:
-    """Return the distance to the nearest apex of the guide of an undriven point, in units, shape (n,)."""
+    """Return distances (n,) to the nearest apex of an undriven point's guide, in units."""
     out = np.full(len(system), np.inf)
     for i in set(system.points):
         for kind, where, p in mechanisms.guides[i].each():

@@ -1,9 +1,10 @@
-"""All real roots of the few functions of one variable to which closed elimination leads, many of them at once.
+"""All real roots of the functions to which closed elimination leads, in batches.
 
-Each function is cut where its derivative vanishes, which an eigenvalue problem or a formula says; on each piece it is
-monotone, so that a change of sign is one root and no change is none.  A stationary value that is nothing but rounding
-is a double root.  So no root is lost or invented, however near two of them are, and a leading coefficient that
-vanishes (a root at infinity) costs nothing: it only cuts where no cut was needed.
+Each function is cut where its derivative vanishes, which an eigenvalue problem or a formula says;
+on each piece it is monotone, so that a change of sign is one root and no change is none.  A
+stationary value that is nothing but rounding is a double root.  So no root is lost or invented,
+however near two of them are, and a leading coefficient that vanishes (a root at infinity) costs
+nothing: it only cuts where no cut was needed.
 """
 
 from __future__ import annotations
@@ -59,7 +60,8 @@ class Roots:
 
 
 def between(f: Function, nodes: Array, noise: Array) -> Roots:
-    """Return the roots of functions that are monotone between neighbouring nodes (k, m), in rising order.
+    """Return the roots of functions that are monotone between neighbouring nodes (k, m), in rising
+    order.
 
     Values below `noise` (m,) count as zero.
     """
@@ -90,7 +92,10 @@ def between(f: Function, nodes: Array, noise: Array) -> Roots:
 
 
 def trigonometric(c: Array, noise: Array) -> Roots:
-    """Return the roots in a turn of  c0 + c1 cos x + c2 sin x + c3 cos 2x + c4 sin 2x,  coefficients (5, m)."""
+    """Return the roots of a trigonometric polynomial in a turn.
+
+    It is c0 + c1 cos x + c2 sin x + c3 cos 2x + c4 sin 2x, with coefficients (5, m).
+    """
 
     def f(x: Array) -> tuple[Array, Array]:
         cos, sin = np.cos(x), np.sin(x)
@@ -115,9 +120,10 @@ def trigonometric(c: Array, noise: Array) -> Roots:
 
 
 def hyperbolic(square: Array, cross: Array, c: Array, half: Array, noise: Array) -> Roots:
-    """Return the roots in [-half, half] of  c0 + c1 cosh x + c2 sinh x + cosh^2 x s0 + cosh x sinh x k + sinh^2 x s1.
+    """Return the roots of a hyperbolic polynomial in [-half, half].
 
-    `square` is (s0, s1), (2, m), `cross` is k (m,), `c` (3, m).
+    It is c0 + c1 cosh x + c2 sinh x + cosh^2 x s0 + cosh x sinh x k + sinh^2 x s1: `square` is
+    (s0, s1), (2, m), `cross` is k (m,), `c` (3, m).
     """
 
     def f(x: Array) -> tuple[Array, Array]:
@@ -134,7 +140,10 @@ def hyperbolic(square: Array, cross: Array, c: Array, half: Array, noise: Array)
 
 
 def helical(c: Array, low: Array, high: Array, noise: Array) -> Roots:
-    """Return the roots in [low, high] of  c0 + c1 cos x + c2 sin x + c3 x + c4 x^2,  coefficients (5, m), c4 > 0."""
+    """Return the roots in [low, high] of a wave on a parabola.
+
+    It is c0 + c1 cos x + c2 sin x + c3 x + c4 x^2, with coefficients (5, m) and c4 > 0.
+    """
 
     def order(k: int) -> Function:
         """Return the k-th derivative and the next."""
@@ -160,7 +169,9 @@ def helical(c: Array, low: Array, high: Array, noise: Array) -> Roots:
 
 
 def _polynomial_roots(coefficients: list[Array]) -> Array:
-    """Return the roots (4, m) of quartics, the highest power first; 1 where that has no coefficient."""
+    """Return the roots (4, m) of quartics, the highest power first; 1 where that has no
+    coefficient.
+    """
     c = np.stack(coefficients)
     bad = ~np.isfinite(c).all(0) | (c[0] == 0)
     c = np.where(bad, np.array([1, 0, 0, 0, -1])[:, None], c)

@@ -1,9 +1,11 @@
-"""Power series of a motion by the equations of the pose: each order is a linear system, with one Jacobian.
+"""Power series of a motion by the equations of the pose: each order is a linear system, with one
+Jacobian.
 
-Every unknown is a truncated series in time.  With the coefficients below order k known, the residual of order k, taken
-with those of order k at zero, gives them through the Jacobian of the position.  The rotation enters as the series of
-the angular velocity: points r of the body from the base have  k r_k = sum_j w_j x r_(k-1-j),  so that angular velocity
-and acceleration come with the same solve, without a formula for three points.
+Every unknown is a truncated series in time.  With the coefficients below order k known, the
+residual of order k, taken with those of order k at zero, gives them through the Jacobian of the
+position.  The rotation enters as the series of the angular velocity: points r of the body from the
+base have  k r_k = sum_j w_j x r_(k-1-j),  so that angular velocity and acceleration come with the
+same solve, without a formula for three points.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from .unknowns import State
 def pose_series(
     mechanisms: Mechanisms, system: System, state: State, q: Array, metric: Array, inverse: Array
 ) -> tuple[Array, Array]:
-    """Return the series of the points (order + 1, 3, p, n) and of the angular velocity (order, 3, n).
+    """Return series of points (order + 1, 3, p, n) and angular velocity (order, 3, n).
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""What the equations are made of: the state of a body, guides of a point by kind, driven points, and their values."""
+"""What the equations are made of: the state of a body, guides of a point by kind, driven points,
+and their values.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ class State:
     free: Array
 
     def moved(self, step: Array, metric: Array) -> Self:
-        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
+        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in
+        units.
+        """
         with np.errstate(all="ignore"):
             return type(self)(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
 
@@ -48,8 +52,8 @@ class State:
 
 @dataclass(frozen=True)
 class Equations:
-    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free coordinate (f, n) and per
-    driver (k, n)."""
+    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free
+    coordinate (f, n) and per driver (k, n)."""
 
     residual: Array
     jacobian: Array
@@ -96,7 +100,9 @@ class Slot:
 
 @dataclass(frozen=True)
 class Driven:
-    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w (None: free)."""
+    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w
+    (None: free).
+    """
 
     slot: Slot
     column: int | None

@@ -1,6 +1,7 @@
 """Assemblies at a value of the drive, by Newton's method from random poses.
 
-Random starts cannot prove that nothing was missed; how often each assembly was found says how likely that is.
+Random starts cannot prove that nothing was missed; how often each assembly was found says how
+likely that is.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ class FoundAssemblies:
     starts, fruitless : int
         Starts, and how many of them came after the last that found an assembly.
     even : bool
-        Whether assemblies are even in number, as they are where links and ball joints or revolutes close the loops; an
-        odd number then means that one was missed, or that two coincide.
+        Whether assemblies are even in number, as they are where links and ball joints or revolutes
+        close the loops; an odd number then means that one was missed, or that two coincide.
     wanted : int
         How often each was to be found.
     """
@@ -55,7 +56,9 @@ class FoundAssemblies:
 
     @property
     def scarce(self) -> int:
-        """How many were found less often than was wanted: where there are any, others may be missing."""
+        """How many were found less often than was wanted: where there are any, others may be
+        missing.
+        """
         return int((self.hits < self.wanted).sum())
 
     def remarks(self) -> list[str]:
@@ -77,7 +80,8 @@ class FoundAssemblies:
 def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int, int]:
     """Search assemblies: states (a, numbers), hits, starts, fruitless starts.
 
-    128 starts are made at first, then twice as many, until each assembly was found `hits` times or `most` were made.
+    128 starts are made at first, then twice as many, until each assembly was found `hits` times or
+    `most` were made.
     """
     draw, made, batch = np.random.default_rng(seed), 0, 128
     states, names = np.empty((0, curve.system.numbers)), np.empty((0, 0))

@@ -131,7 +131,8 @@ def kinematics(
     wheel : Wheel
     steer : scalar, optional
         What steers the wheel, such as the Joint of the rack; needs not be in the motion.  It gives
-        caster, kingpin inclination, scrub radius and trail, and is held where travel moves the wheel.
+        caster, kingpin inclination, scrub radius and trail, and is held where travel moves the
+        wheel.
     spring : scalar or sequence of scalars
         What keeps its value while the wheel is steered: the Length of the spring, the Joint of an
         arm.  Without it the arms on revolute joints that carry the wheel by ball joints stand

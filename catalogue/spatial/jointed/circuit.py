@@ -25,8 +25,10 @@ if TYPE_CHECKING:
 
 #: Poses of a motion at most.
 MOST_POSES = 1_000_000
-#: Nearer than this to where it set out, in steps, a curve is tried for having closed; and how near it must come.
-NEAR, CLOSED = 3.0, 5e-2
+#: Distance from the first node, in steps, at which a curve is tried for having closed.
+NEAR = 3.0
+#: Distance, in steps, at which it has closed.
+CLOSED = 5e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,8 +73,8 @@ class Circuit:
         return f"<Circuit of {drive}: {ends}, {len(self.dead_points)} dead points, {how}>"
 
     def motion(self, count: int = 361) -> Motion:
-        """Return `count` poses all along the circuit, the first in the design pose; of a crank that turns fully evenly
-        spaced in its angle, else in arc length."""
+        """Return `count` poses all along the circuit, the first in the design pose; of a crank that
+        turns fully evenly spaced in its angle, else in arc length."""
         many, mechanism = _repeated(self.curve, whole("count", count, 1, MOST_POSES)), self.mechanism
         if len(mechanism.system().points) > 1:
             mechanism = mechanism.one(self.number)
@@ -116,7 +118,7 @@ def _circuit(
     held: tuple[Scalar, ...],
     i: int,
 ) -> Circuit:
-    """Return one circuit from its trace, if it did not close with the one the other way."""
+    """Return one circuit from its trace, unless both ways closed as one."""
     closed, unit, reason = back is None, curve.system.scalars[-1].unit, ""
     if back is not None:
         reason, trace = trace.reason, back.joined(trace)
@@ -138,7 +140,7 @@ def _circuit(
 
 
 def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
-    """Follow curves until each closes, a branch crosses it, or it has no end; return which closed."""
+    """Follow curves until each closes, branches or has no end; return which closed."""
     march = March(curve, y, tangent)
     first = signature(curve, y)
     away = signature(curve, y + 1e-6 * curve.system.lifted(y, tangent)) - first
@@ -166,7 +168,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
 
 
 def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:
-    """Return a trace up to where it passes the pose in which it set out, if it does so in its last step."""
+    """Cut a trace where its last step passes its first pose."""
 
     def ahead(s: float) -> float:
         return float((signature(curve, trace.at(np.array([s])))[0] - first) @ away)
@@ -179,7 +181,9 @@ def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) 
 
 
 def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
-    """Return a closed trace whose last node is where it set out: angles may have gained turns, quaternions a sign."""
+    """Return a closed trace that ends in its first node: angles may have gained turns, quaternions
+    a sign.
+    """
     first, there = trace.y[:1], trace.at(np.array([s]))
     y = first + 2 * np.pi * np.round((there - first) / (2 * np.pi))
     for p in curve.system.placed:

@@ -1,4 +1,5 @@
-"""Sweeps by `kernel`, which numba compiles, where it is installed and no surface or curve guides: ten times faster.
+"""Sweep by the compiled `kernel`, where numba is installed and no surface or curve guides: ten
+times faster.
 
 numba is imported by the first sweep.
 """
@@ -51,7 +52,9 @@ def plan(system: System) -> Any:
 
 
 def fast(system: System) -> Fast | None:
-    """Return what evaluates a system; None if numba is not there, or a guide is a surface or a curve."""
+    """Return what evaluates a system; None if numba is not there, or a guide is a surface or a
+    curve.
+    """
     plan = system.plan
     if plan is None:
         return None
@@ -64,7 +67,8 @@ def fast(system: System) -> Fast | None:
 def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
     """Return scalars, sums after their parts, as `kernel.read` has them: (k, 5) integers.
 
-    With them which unknowns move each (k, m), the weights of all sums, and where the scalars of the system are.
+    With them which unknowns move each (k, m), the weights of all sums, and where the scalars of the
+    system are.
     """
     rows: list[tuple[int, ...]] = []
     moves, weights, stated = [np.zeros((0, system.unknowns))], list[float](), []
@@ -82,7 +86,7 @@ def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
 
 
 def _scalar(s: ScalarFunction) -> tuple[int, ...]:
-    """Return the kind of a scalar, its integers, and whether its value is known but for whole turns."""
+    """Return the kind of a scalar, its integers, and whether it is periodic."""
     if isinstance(s, CoordinateFunction):
         return 0, s.number, s.unknown, 0, 0
     if isinstance(s, TravelFunction):
@@ -94,7 +98,7 @@ def _scalar(s: ScalarFunction) -> tuple[int, ...]:
 
 
 def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
-    """Return what conditions lack and values of scalars (n, c + k), and the Jacobian of both (n, c + k, unknowns)."""
+    """Return residuals and scalars (n, c + k), and their Jacobian (n, c + k, unknowns)."""
     k, plan, geometry, work = fast
     value, jacobian = np.empty((len(y), len(plan.moves))), np.empty((len(y), *plan.moves.shape))
     call(k.evaluated, plan, geometry, work, plain(y), value, jacobian)
@@ -105,7 +109,7 @@ def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
 
 
 def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array]:
-    """Return rotations (n, b, 3, 3), translations (n, b, 3), and per unit of each freedom rates and twists.
+    """Return rotations (n, b, 3, 3), translations (n, b, 3), rates and twists per freedom.
 
     Rates of the unknowns are of shape (n, m, f), twists of the bodies (n, b, 6, f).
     """
@@ -119,7 +123,9 @@ def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array
 
 
 def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy) -> tuple[Array, Array, Array]:
-    """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
+    """Correct states (n, numbers); return them, where that was possible, and where a matrix was
+    singular.
+    """
     k, plan, geometry, work = fast
     y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
     call(k.solved, plan, geometry, work, plain(held), y, plain(target), found, accuracy)
@@ -129,8 +135,8 @@ def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy)
 def steps(fast: Fast, held: Array, march: March) -> Any:
     """Try a step of many curves from their last nodes; those before give the direction.
 
-    Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would have changed the
-    orientation; None if a matrix was singular.
+    Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would
+    have changed the orientation; None if a matrix was singular.
     """
     k, plan, geometry, work = fast
     nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(march.before, march.last, strict=True)))
@@ -146,8 +152,8 @@ def swept(
 ) -> Any:
     """Sweep a batch from its design poses.
 
-    Returns states (n, s, numbers), NaN where there is none, ends of the drive (n, 2), why it ended there as numbers of
-    `kernel` (n, 2), and in which mechanisms a matrix was singular.
+    Returns states (n, s, numbers), NaN where there is none, ends of the drive (n, 2), why it ended
+    there as numbers of `kernel` (n, 2), and in which mechanisms a matrix was singular.
     """
     k, plan, geometry, work = fast
     n, s, numbers = len(target), len(goal), start[1].shape[1]

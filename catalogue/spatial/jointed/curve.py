@@ -20,10 +20,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Curve(continuation.Curve):
-    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the system is read off.
+    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the
+    system is read off.
 
-    Of an overconstrained mechanism the conditions `rows` (n, r) stand for all others near the poses in which they were
-    selected; without them those of the design pose do.
+    Of an overconstrained mechanism the conditions `rows` (n, r) stand for all others near the poses
+    in which they were selected; without them those of the design pose do.
     """
 
     system: System
@@ -34,7 +35,7 @@ class Curve(continuation.Curve):
         return Curve(self.system.take(index), self.held[index], None if self.rows is None else self.rows[index])
 
     def selected(self, y: Array) -> Curve:
-        """Return the curves with the conditions that span all others best in states (n, numbers)."""
+        """Return the curves with the best conditions in states (n, numbers)."""
         if not self.system.redundant:
             return self
         jacobian = self._every(y)[1][:, : self.system.rows]
@@ -72,7 +73,7 @@ class Curve(continuation.Curve):
         return (replace(self, rows=whole) if self.system.redundant else self)(y)
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
-        """Return residual (n, m - 1) and Jacobian of the conditions, value (n,) and gradient (n, m) of the drive."""
+        """Return residual (n, m - 1), Jacobian, value (n,) and gradient of the drive."""
         rows = self.system.rows
         both, jacobian = self._every(y)
         f, values, j = both[:, :rows], both[:, rows:], jacobian[:, :-1]
@@ -107,10 +108,10 @@ def wrapped(system: System, difference: Array) -> Array:
 
 
 def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
-    """Return unit vectors along curves from the Jacobian of the conditions (n, m - 1, m) and the gradient of the drive.
+    """Return unit tangents from Jacobian (n, m - 1, m) and gradient of the drive.
 
-    With them the slope of the drive, not negative, and how regular the conditions are: the least singular value
-    over the largest.
+    With them the slope of the drive, not negative, and how regular the conditions are: the least
+    singular value over the largest.
     """
     _, s, v = np.linalg.svd(j, full_matrices=True)
     t = v[:, -1]
@@ -120,7 +121,9 @@ def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
 
 
 def signature(curve: Curve, y: Array) -> Array:
-    """Return what tells poses apart, (n, ...): where bodies are, of those that spin idly only where their ends are."""
+    """Return what tells poses apart, (n, ...): where bodies are, of those that spin idly only where
+    their ends are.
+    """
     system = curve.system
     rotation, shift = system.poses(y)
     ends, _ = system.attached(rotation, shift)

@@ -1,4 +1,6 @@
-"""What drives, is held or is read off, as a function of the pose: each kind of scalar in terms of a formulation."""
+"""What drives, is held or is read off, as a function of the pose: each kind of scalar in terms of a
+formulation.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ if TYPE_CHECKING:
 
 
 def scalar_function(s: e.Scalar, f: Formulation) -> ScalarFunction:
-    """Return a scalar as a function of the pose; raise InvalidRequest if the mechanism has none like it."""
+    """Return a scalar as a function of the pose; raise InvalidRequest if the mechanism has none
+    like it.
+    """
     return FUNCTIONS[type(s)](s, f)
 
 
@@ -72,7 +76,7 @@ def length(s: e.Length, f: Formulation) -> LengthFunction:
 
 
 def angle(s: e.Angle, f: Formulation) -> AngleFunction:
-    """The angle by which a direction of a body has turned about an axis of the ground."""
+    """The turn of a direction of a body about an axis of the ground."""
     points = f.points
     about, direction = points.unit_vector(s.about, "Angle.about"), points.unit_vector(s.direction, "Angle.direction")
     if len({len(about), len(direction)} - {1}) > 1:

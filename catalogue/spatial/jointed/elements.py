@@ -1,7 +1,8 @@
-"""What a mechanism is made of, as an engineer states it: everything in the design pose, in one frame and one unit.
+"""What a mechanism is made of, as an engineer states it: everything in the design pose, in one
+frame and one unit.
 
-Bodies are named; ``"ground"`` stands still.  The pose in which the hard points are given is the start of every motion,
-so that nothing has to be assembled by a search.
+Bodies are named; ``"ground"`` stands still.  The pose in which the hard points are given is the
+start of every motion, so that nothing has to be assembled by a search.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ Vector = Sequence[float] | Any
 
 @dataclass(frozen=True, eq=False)
 class Link(Stated):
-    """A link with spherical joints at both ends (SS): it keeps the distance of a point of `a` from one of `b`.
+    """A link with spherical joints at both ends (SS): it keeps the distance of a point of `a` from
+    one of `b`.
 
     Its idle rotation about itself is no freedom: the link is no body.
     """
@@ -47,7 +49,7 @@ class Spherical(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Revolute(Stated):
-    """A revolute joint (R) of `body` on `on`, its axis through `at` along `axis`, or through a second point `to`."""
+    """A revolute joint (R) of `body` on `on`: axis through `at`, along `axis` or through `to`."""
 
     body: str
     at: Vector
@@ -59,9 +61,11 @@ class Revolute(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Screw(Revolute):
-    """A screw joint (H): `body` advances on `on` along the axis by `lead` a turn, right-handed if that is positive.
+    """A screw joint (H): `body` advances on `on` along the axis by `lead` a turn, right-handed if
+    that is positive.
 
-    Its coordinate is the angle.  It must carry its body: state it before the other joints of that body.
+    Its coordinate is the angle.  It must carry its body: state it before the other joints of that
+    body.
     """
 
     lead: float = 0.0
@@ -114,7 +118,9 @@ class OnGuide(Stated):
 
 @dataclass(frozen=True, eq=False)
 class KeepAngle(Stated):
-    """A direction of `a` and one of `b` keep their angle: the cross of a Cardan joint, a third of a Prismatic one."""
+    """A direction of `a` and one of `b` keep their angle: the cross of a Cardan joint, a third of a
+    Prismatic one.
+    """
 
     a: str
     axis_a: Vector
@@ -125,7 +131,9 @@ class KeepAngle(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Universal(Stated):
-    """A universal joint (U): a point of `body` is one of `on`, and `axis` of `body` keeps its angle to `axis_on`."""
+    """A universal joint (U): a point of `body` is one of `on`, and `axis` of `body` keeps its angle
+    to `axis_on`.
+    """
 
     body: str
     at: Vector
@@ -174,7 +182,7 @@ def joined(x: Element) -> tuple[str, str]:
     return (x.a, x.b) if isinstance(x, Link | KeepAngle) else (x.body, x.on)
 
 
-# -- scalars: what drives, is held, or is read off --------------------------------------------------------------------
+# -- scalars: what drives, is held, or is read off ----------------------------------------------
 class Summable(Stated):
     """Base of scalars: they add up, and take factors, to a `Sum`."""
 
@@ -195,7 +203,8 @@ class Summable(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Joint(Summable):
-    """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R, slide of P.
+    """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R,
+    slide of P.
 
     Of a cylindrical joint `index` 0 is the angle, 1 the slide.
     """
@@ -206,7 +215,7 @@ class Joint(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Travel(Summable):
-    """How far a point of `body` has gone along a direction, or along the axis ``"x"``, ``"y"`` or ``"z"``."""
+    """Travel of a point of `body` along a direction, or ``"x"``, ``"y"``, ``"z"``."""
 
     body: str
     point: Vector
@@ -215,7 +224,9 @@ class Travel(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Length(Summable):
-    """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which is then free."""
+    """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which
+    is then free.
+    """
 
     a: str = ""
     from_: Vector = ()
@@ -226,7 +237,7 @@ class Length(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Angle(Summable):
-    """How far a direction of `body`, seen along `about`, has turned from where it was in the design pose [rad]."""
+    """Turn of a direction of `body` about `about`, 0 in the design pose [rad]."""
 
     body: str
     direction: Vector
@@ -235,7 +246,7 @@ class Angle(Summable):
 
 @dataclass(frozen=True, eq=False)
 class GuideCoordinate(Summable):
-    """A curvilinear coordinate ``"u"`` or ``"w"`` of the point on the guide of an element, by the element's name."""
+    """Coordinate ``"u"`` or ``"w"`` of the point on a guide, by the element's name."""
 
     guide: str
     coordinate: str = "u"
@@ -296,7 +307,7 @@ def identity(scalar: Scalar) -> tuple[Any, ...]:
 
 
 def title(scalar: Scalar) -> str:
-    """Return the name of a scalar in headings and messages: its kind and its body, link or guide."""
+    """Return the name of a scalar in headings: its kind and its body, link or guide."""
     if isinstance(scalar, Length):
         return f"Length {scalar.link or f'{scalar.a}-{scalar.b}'}"
     if isinstance(scalar, Sum):

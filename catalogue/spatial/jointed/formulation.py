@@ -1,4 +1,6 @@
-"""From what an engineer states to equations: bodies on their joints, what closes the loops, and scalars."""
+"""From what an engineer states to equations: bodies on their joints, what closes the loops, and
+scalars.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ KINDS: dict[type, int] = {e.Revolute: REVOLUTE, e.Screw: REVOLUTE, e.Prismatic: 
 
 
 class Formulation:
-    """The equations of a mechanism of elements, with scalars as further rows; `system` is what they make.
+    """The equations of a mechanism of elements, with scalars as further rows; `system` is what they
+    make.
 
     Attributes
     ----------
@@ -94,7 +97,9 @@ class Formulation:
             unknown, number = unknown + UNKNOWNS[kind], number + NUMBERS[kind]
 
     def _joint(self, i: int) -> tuple[int, int, int, int, LocatedGuide | None, tuple[float, ...]]:
-        """Return what carries body i: kind, body on which it hangs, hard point, direction, guide and lead."""
+        """Return what carries body i: kind, body on which it hangs, hard point, direction, guide
+        and lead.
+        """
         name = self.tree.bodies[i]
         x = self.tree.carrier[name]
         if x is None:
@@ -109,7 +114,7 @@ class Formulation:
         return KINDS[type(x)], self.tree.body(x.on, name), at, direction, None, (lead,) if lead else ()
 
     def _on_guides(self, row: int) -> tuple[tuple[OnKind, ...], list[Condition]]:
-        """Return the points on guides, their rows from a first one on, and the conditions of these rows."""
+        """Return points on guides, their rows from a first one, and conditions."""
         guides, conditions = [], []
         for end, on, x in self.loops.on_guides:
             guide = self.located(x)
@@ -124,7 +129,9 @@ class Formulation:
         return idle._replace(name=f"idle rotation of {self.tree.bodies[idle.bodies[1]]}")
 
     def moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Return whether unknowns move the second body of each pair, less whether they move the first."""
+        """Return whether unknowns move the second body of each pair, less whether they move the
+        first.
+        """
         unknowns = sum(UNKNOWNS[p.joint_kind] for p in self.placed)
         moved: list[list[int]] = [[]]  # unknowns that move each body
         for p in self.placed:

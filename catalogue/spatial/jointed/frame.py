@@ -1,4 +1,6 @@
-"""What is read off a motion as a data frame, a row per pose; of a batch one mechanism after the other."""
+"""What is read off a motion as a data frame, a row per pose; of a batch one mechanism after the
+other.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hard points and directions of a mechanism, checked and numbered, and which of them each body carries."""
+"""Check and number the hard points and directions of a mechanism, by body."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def numbers(value: Any, what: str, size: int = 3) -> Array:
 
 
 def label(x: e.Element) -> str:
-    """Return the name of an element, or what it is and which bodies it joins."""
+    """Return the name of an element, else its kind and bodies."""
     if x.name:
         return x.name
     if isinstance(x, e.Coupling):
@@ -62,7 +62,7 @@ class HardPoints:
         return len(self.points) - 1
 
     def direction(self, vector: Any, label: str) -> int:
-        """Add a direction that stays what it is when hard points are moved."""
+        """Add a direction, independent of hard points."""
         v = numbers(vector, label)
         length = np.sqrt((v * v).sum(1, keepdims=True))
         if not (length > 0).all():
@@ -82,7 +82,9 @@ class HardPoints:
         return found
 
     def across(self, direction: int) -> tuple[int, int]:
-        """Add two directions across one; they stay where they are when hard points are moved a little."""
+        """Add two directions across one; they stay where they are when hard points are moved a
+        little.
+        """
         known = self.directions[direction]
         v = known if isinstance(known, np.ndarray) else self.points[known[1]] - self.points[known[0]]
         first = np.cross(v, np.eye(3)[np.abs(v).argmin(1)])
@@ -129,7 +131,7 @@ class HardPoints:
 
 
 def scale(elements: Sequence[e.Element]) -> tuple[Array, float]:
-    """Return the middle (3,) of all points of a mechanism, and the power of 2 nearest to its size: its unit."""
+    """Return the middle (3,) of all points, and the power of 2 nearest to their extent."""
     named = [(x, k) for x in elements for k in ("at", "to", "from_", "origin") if getattr(x, k, None) is not None]
     every = np.concatenate(
         [np.zeros((0, 3)), *(numbers(getattr(x, k), f"{label(x)}.{k.strip('_')}") for x, k in named)]

@@ -18,8 +18,8 @@ STRAIGHT = 1e-9
 def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collection[int]) -> list[Condition]:
     """Find rotations that move nothing else; their conditions keep bodies from spinning.
 
-    A free body spins about the line of its points, with bodies that slide on it along that line; a body on a
-    cylindrical joint about its axis.
+    A free body spins about the line of its points, with bodies that slide on it along that line; a
+    body on a cylindrical joint about its axis.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""How a body moves at an instant while given scalars keep their values: what axes and centres are made of.
+"""How a body moves at an instant while given scalars keep their values: what axes and centres are
+made of.
 
-The freedoms of a motion span its rates (Hunt, Kinematic Geometry of Mechanisms, ch. 12).  Rows that fix scalars choose
-one rate; it counts where the body has no other that keeps them.
+The freedoms of a motion span its rates (Hunt, Kinematic Geometry of Mechanisms, ch. 12).  Rows that
+fix scalars choose one rate; it counts where the body has no other that keeps them.
 """
 
 from __future__ import annotations
@@ -20,9 +21,11 @@ from .hard_points import HardPoints
 from .motion import Motion
 from .scalars import ScalarFunction
 
-#: Singular values, and residuals, below this part of the largest are rounding: rates have about 12 digits.
+#: Singular values, and residuals, below this part of the largest are rounding: rates have about 12
+#: digits.
 RANK = 1e-8
-#: Determinants of unit rows above this leave rates nearly all their digits, without singular values.
+#: Determinants of unit rows above this leave rates nearly all their digits, without singular
+#: values.
 REGULAR = 1e-3
 
 
@@ -128,7 +131,7 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
 
 
 def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> Callable[[Array], Array] | None:
-    """Return a function that reads rates (n, r) off (n, r, f), if names leave one freedom at most.
+    """Return a function from readings (n, r, f) to rates (n, r), if names suffice.
 
     Scalars of the motion fix their own freedoms; another one fixes the last, if it is far from
     singular in every pose and all others agree.  Else None.
@@ -170,7 +173,8 @@ def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
 
     With them the feasible ones, and a projector on the rates left free.
 
-    The projector is None where the first row and others of the middle pose are far from singular in every pose.
+    The projector is None where the first row and others of the middle pose are far from singular in
+    every pose.
     """
     n, k, f = rows.shape
     goal = np.zeros((n, k))
@@ -214,7 +218,9 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
 
 
 def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
-    """Return a scalar as a function of the pose, and its points; raise if only who drives or holds it has it."""
+    """Return a scalar as a function of the pose, and its points; raise if only who drives or holds
+    it has it.
+    """
     for part in apart([scalar]):
         if isinstance(part, GuideCoordinate) or (isinstance(part, Length) and part.link):
             raise InvalidRequest(f"{title(part)} is neither driven nor held in this motion: give two points instead")

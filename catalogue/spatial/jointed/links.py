@@ -1,7 +1,8 @@
 """Which links and pairs a guide stands for, and a guide replaced by them.
 
-A point that a chain of links leads from the ground to a spherical joint is on a surface or a curve, and the guide may
-be built as that chain (the view of Mangeron, Oğuztöreli and Plitea 1970, Nota I; its figures were not at hand).
+A point that a chain of links leads from the ground to a spherical joint is on a surface or a curve,
+and the guide may be built as that chain (the view of Mangeron, Oğuztöreli and Plitea 1970, Nota I;
+its figures were not at hand).
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from ..geometry.rotation import matrix
 from .elements import Cylindrical, Element, Link, OnGuide, Prismatic, Revolute, Screw, Spherical
 from .hard_points import numbers
 
-#: Pairs from the ground to the point, by the kind of guide: of the links of the chain, the last at the point.
+#: Pairs from the ground to the point, by the kind of guide: of the links of the chain, the last at
+#: the point.
 PAIRS: dict[str, tuple[str, ...]] = {
     "sphere": ("S", "S"),
     "cylinder": ("C", "S"),

@@ -1,4 +1,4 @@
-"""A surface or curve that a body carries, where it stands in the design pose."""
+"""A surface or curve on a body, located in the design pose."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ OFF = 1e-9
 
 @dataclass(frozen=True)
 class LocatedGuide:
-    """A guide with its shape in units, its frame (3, 3) and its origin; where on it the design pose starts."""
+    """A guide with its shape in units, its frame (3, 3) and its origin; where on it the design pose
+    starts.
+    """
 
     kind: Kind
     shape: Array

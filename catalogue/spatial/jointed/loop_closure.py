@@ -1,6 +1,7 @@
 """What closes the loops: conditions on pairs of bodies beside the joints on which they hang.
 
-A link keeps a distance, a joint that closes a loop components of a point and angles of directions (`CLOSING`).
+A link keeps a distance, a joint that closes a loop components of a point and angles of directions
+(`CLOSING`).
 """
 
 from __future__ import annotations
@@ -13,14 +14,15 @@ from . import elements as e
 from .hard_points import HardPoints, label
 from .spanning_tree import SpanningTree
 
-#: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
+#: Conditions of a joint that closes a loop: components of its point along the axis and across it,
+#: and turns.
 CLOSING: dict[type, tuple[str, str]] = {
     e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq"), e.Fixed: ("apq", "pqa"),
 }  # fmt: skip
 
 
 class Condition(NamedTuple):
-    """Ends and vectors of one equation, the two bodies that it joins, and the element that it is of."""
+    """Ends and vectors of one equation, its two bodies and its element."""
 
     parts: tuple[int, ...]
     bodies: tuple[int, int]
@@ -38,18 +40,21 @@ class LoopClosure:
     free_links : set of str
         Names of links whose length is driven, held or read: they close nothing.
     charted : set of str
-        Names of guides of which a coordinate is driven, held or read: they carry a point as a body of its own.
+        Names of guides of which a coordinate is driven, held or read: they carry a point as a body
+        of its own.
 
     Attributes
     ----------
     distances, offsets, angles : list of Condition
-        Two ends that keep their distance; two ends and a vector along which they do not part; two vectors.
+        Two ends that keep their distance; two ends and a vector along which they do not part; two
+        vectors.
     on_guides : list of (int, int, OnGuide)
         End, and body that carries the guide.
     free_ends : dict of str to Condition
         Of the free links.
     facing : list of (int, int)
-        Vectors that point the same way, which squares of their angles do not say: a joint is not put in reversed.
+        Vectors that point the same way, which squares of their angles do not say: a joint is not
+        put in reversed.
     turned : set of int
         Bodies of which directions count, not only points.
     """

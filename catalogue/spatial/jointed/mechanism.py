@@ -1,4 +1,4 @@
-"""A mechanism as an engineer states it, its freedoms, and its motion when one scalar drives it."""
+"""A mechanism from joints and links: its freedoms and its motions."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ class Mechanism:
 
     Parameters
     ----------
-    elements : sequence of Link, Spherical, Revolute, Screw, Prismatic, Cylindrical, Universal, Fixed, OnGuide,
+    elements : sequence of Link, Spherical, Revolute, Screw, Prismatic, Cylindrical, Universal,
+    Fixed, OnGuide,
         KeepAngle or Coupling
         Points may be (n, 3): a batch of n mechanisms.
     unit : str
@@ -83,8 +84,8 @@ class Mechanism:
     Examples
     --------
     >>> rssr = Mechanism(
-    ...     [Revolute("crank", (0, 0, 0), axis=(0, 0, 1)), Revolute("rocker", (4, 0, 1), axis=(0, 1, 0)),
-    ...      Link("crank", (1, 0, 0), "rocker", (4, 0, 3))])
+    ...     [Revolute("crank", (0, 0, 0), axis=(0, 0, 1)), Revolute("rocker", (4, 0, 1), axis=(0, 1,
+    0)), ...      Link("crank", (1, 0, 0), "rocker", (4, 0, 3))])
     >>> rssr.sweep(Joint("crank"), np.radians(np.arange(361))).joint("rocker")
     """
 
@@ -105,7 +106,9 @@ class Mechanism:
         return tuple(x for x in self.elements if not isinstance(x, Coupling))
 
     def system(self, *scalars: Scalar) -> System:
-        """Return the equations, the rows of the scalars last, without the conditions that others imply."""
+        """Return the equations, the rows of the scalars last, without the conditions that others
+        imply.
+        """
         key = tuple(identity(one) for one in scalars)
         if key not in self._systems:
             made = Formulation(self.elements, scalars).system()
@@ -115,7 +118,7 @@ class Mechanism:
         return self._systems[key]
 
     def scalar_function(self, scalar: Scalar, stated: Sequence[Scalar]) -> tuple[ScalarFunction, HardPoints]:
-        """Return a scalar as a function of the pose, in a motion of other scalars, and the points on which it is."""
+        """Return a scalar as a function of the pose in a motion, and its points."""
         key = identity(scalar), *map(identity, stated)
         if key not in self._functions:
             made = Formulation(self.elements, stated)
@@ -125,7 +128,7 @@ class Mechanism:
         return self._functions[key]
 
     def carriers(self) -> list[Revolute | Prismatic | Cylindrical]:
-        """Return the joints on which bodies hang, those whose coordinates `Joint` names."""
+        """Return the joints that carry bodies, named by `Joint`."""
         first: dict[str, Revolute | Prismatic | Cylindrical] = {}
         for x in self.elements:
             if isinstance(x, Revolute | Prismatic | Cylindrical):
@@ -142,7 +145,7 @@ class Mechanism:
         return Mobility(freedoms, tuple(idle), tuple(dict.fromkeys(redundant)), system.singular)
 
     def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array, tuple[Scalar, ...]]:
-        """Return the curve of poses with what is held, the design states (N, numbers), and what is held."""
+        """Return the curve of poses, the design states (N, numbers), and the held scalars."""
         held = (*self.couplings, *several("hold", hold, Scalar))
         system = self.system(*held, instance("drive", drive, Scalar))
         freedoms = system.unknowns - len(system.use)
@@ -160,19 +163,22 @@ class Mechanism:
         self, drive: Any, values: Any = None, hold: Sequence[Scalar] | Mapping[Scalar, float | None] = (),
         grid: bool = False,
     ) -> Motion:  # fmt: skip
-        """Move the mechanism by one or several drives, from the design pose on the assembly it is in.
+        """Move the mechanism by drives, from the design pose, on its assembly.
 
         Parameters
         ----------
-        drive : Joint, Travel, Length, Angle, GuideCoordinate, Sum, or mapping of those to their values
+        drive : Joint, Travel, Length, Angle, GuideCoordinate, Sum, or mapping of those to their
+        values
             Several drives go along one path, with as many values each, or one value for all poses.
         values : array-like, shape (s,)
-            In the unit of the points, or radians.  What lies beyond a dead point is NaN; `Motion.ends` says where, and
-            of several drives `Motion.stops`.
+            In the unit of the points, or radians.  What lies beyond a dead point is NaN;
+            `Motion.ends` says where, and of several drives `Motion.stops`.
         hold : sequence of scalars, or mapping of scalars to values
-            What keeps its value, that of the design pose or the given one: one for each freedom that does not drive.
+            What keeps its value, that of the design pose or the given one: one for each freedom
+            that does not drive.
         grid : bool
-            Whether every value of a drive is combined with every one of the others, the last drive fastest.
+            Whether every value of a drive is combined with every one of the others, the last drive
+            fastest.
 
         Examples
         --------
@@ -181,7 +187,8 @@ class Mechanism:
         Raises
         ------
         CannotDrive
-            If the drive stays as it is when the mechanism moves, or the freedoms are not as many as drives.
+            If the drive stays as it is when the mechanism moves, or the freedoms are not as many as
+            drives.
         NotMovable
             If there is no freedom, or the design pose is singular.
         InvalidRequest
@@ -212,7 +219,9 @@ class Mechanism:
         return Motion(self, curve, drive, held, q, states, tuple(ends))
 
     def movable(self, system: System) -> None:
-        """Raise NotMovable, with the reason, if a mechanism with the conditions of a system cannot move."""
+        """Raise NotMovable, with the reason, if a mechanism with the conditions of a system cannot
+        move.
+        """
         if system.singular:
             raise NotMovable(SINGULAR)
         if system.unknowns > len(system.use):
@@ -225,7 +234,7 @@ class Mechanism:
         raise NotMovable(told)
 
     def circuit(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> Circuit:
-        """Follow all that the mechanism reaches without being taken apart, through the dead points of the drive.
+        """Follow the whole circuit of the mechanism, through dead points of the drive.
 
         Raises
         ------
@@ -260,7 +269,7 @@ class Mechanism:
     def assemblies(
         self, drive: Scalar, value: float, hold: Sequence[Scalar] = (), hits: int = 5, most: int = 4096, seed: int = 1
     ) -> FoundAssemblies:
-        """Find the ways to put the mechanism together at a value of a drive, by Newton's method from random poses.
+        """Find assemblies at a value of a drive by Newton's method from random poses.
 
         Parameters
         ----------
@@ -268,7 +277,8 @@ class Mechanism:
             As for `sweep`.
         value : float
         hits, most, seed : int
-            Until each was found so often, or so many starts were made, in an order that the seed says.
+            Until each was found so often, or so many starts were made, in an order that the seed
+            says.
 
         Raises
         ------
@@ -294,7 +304,7 @@ class Mechanism:
         return draw(scene(self, title=text("title", title)), file, switch("labels", labels))
 
     def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
-        """Raise what is wrong with a drive that stands still in the design pose."""
+        """Raise the reason for a stationary drive in the design pose."""
         march, name, moves = March(curve, y, tangent), type(drive).__name__, False
         for _ in range(4):
             march.step()

@@ -1,4 +1,4 @@
-"""Poses of a mechanism over a sweep, and what can be read off them, with derivatives by the drive."""
+"""Poses of a mechanism over a sweep, and readings with derivatives by the drive."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ HIGHEST = 170
 class Motion:
     """Poses at the values of a drive; NaN where there is none.
 
-    Every reading is of shape (s, ...), or (n, s, ...) of a batch of n mechanisms; `order` gives it with its derivatives
-    by the drive, along an axis that follows (Mangeron, Oğuztöreli and Plitea 1970 call them reduced): (s, order + 1,
-    ...).  `in_time` turns them into velocities and accelerations for a law of the drive.
+    Every reading is of shape (s, ...), or (n, s, ...) of a batch of n mechanisms; `order` gives it
+    with its derivatives by the drive, along an axis that follows (Mangeron, Oğuztöreli and Plitea
+    1970 call them reduced): (s, order + 1, ...).  `in_time` turns them into velocities and
+    accelerations for a law of the drive.
 
     Attributes
     ----------
@@ -53,11 +54,13 @@ class Motion:
     others : tuple of scalars
         That drive too; `other_values` (s, d) are theirs, in the unit of the points or radians.
     held_values : ndarray, shape (n, s, h), optional
-        Values of the scalars before the last, without dimensions, where they are not those of `curve`.
+        Values of the scalars before the last, without dimensions, where they are not those of
+        `curve`.
     stops : tuple of n tuples of str
         Where poses are missing, and why.
     law : tuple, optional
-        Derivatives are by its parameter: coefficients of `scalars` (order, n s or 1, f), and the unit of the parameter.
+        Derivatives are by its parameter: coefficients of `scalars` (order, n s or 1, f), and the
+        unit of the parameter.
     """
 
     mechanism: Mechanism
@@ -97,7 +100,8 @@ class Motion:
         return f"<Motion by {drives}: {poses}, {found} of {n * s} reached>"
 
     def value(self, scalar: Scalar) -> Array:
-        """Return the value of any scalar, (s,), in the unit of length or radians: the length of a spring.
+        """Return the value of any scalar, (s,), in the unit of length or radians: the length of a
+        spring.
 
         Raises
         ------
@@ -109,7 +113,8 @@ class Motion:
         return self._shaped(value(self, instance("scalar", scalar, Scalar)))
 
     def ratio(self, scalar: Scalar, moving: Scalar, still: Sequence[Scalar] = ()) -> Array:
-        """Return the rate of a scalar per unit of another, (s,), while others stand still: a motion ratio.
+        """Return the rate of a scalar per unit of another, (s,), while others stand still: a motion
+        ratio.
 
         Parameters
         ----------
@@ -183,7 +188,7 @@ class Motion:
         return {k: v for k, v in self._cache.items() if k in ("inverse", "basis", "twists", "stated", ("poses", 0))}
 
     def _law(self) -> tuple[Array, float]:
-        """Return coefficients of the scalars (order, n s or 1, f) by the parameter of derivatives, and its unit."""
+        """Return coefficients (order, n s or 1, f) of scalars by the parameter, and its unit."""
         if self.law is None and self.others:
             raise InvalidRequest("several scalars drive: say by which derivatives are, motion.by(drive), or in_time")
         return self.law or self.by(self.driven)._law()
@@ -204,7 +209,7 @@ class Motion:
 
     @property
     def index(self) -> pd.Index:
-        """Values of the drives as an index, in degrees or the unit of length, ``mechanism`` first for a batch."""
+        """Shown values of the drives as an index, ``mechanism`` first for a batch."""
         import pandas as pd
 
         n, last = len(self.states), self.curve.system.scalars[-len(self.drives) :]
@@ -231,7 +236,9 @@ class Motion:
         return curve, self.states.reshape(n * s, -1)
 
     def series(self, order: int) -> Array:
-        """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve per order."""
+        """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve
+        per order.
+        """
         order = whole("order", order, 0, HIGHEST)
         if order not in self._cache:
             curve, y = self.flat()
@@ -256,7 +263,7 @@ class Motion:
         return np.asarray(self._cache[order])
 
     def inverse(self) -> Array:
-        """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, c + f).
+        """Invert the Jacobian of conditions, held scalars and drive: (n s, unknowns, c + f).
 
         By least squares, where some conditions are implied by others.
         """
@@ -279,14 +286,14 @@ class Motion:
         return self._shaped(out if order else out[:, 0])
 
     def rows(self, reading: Any) -> Array:
-        """Return a reading with a row per pose, those of a batch one mechanism after the other, shape (n s, ...)."""
+        """Return a reading with a row per pose, mechanism after mechanism, (n s, ...)."""
         value, (n, s) = array("reading", reading), self.states.shape[:2]
         if n > 1 and value.shape[:2] != (n, s):
             raise InvalidRequest(f"a reading of {n} mechanisms must be of shape {(n, s)} at first, not {value.shape}")
         return value.reshape(n * s, *value.shape[2:]) if n > 1 else value
 
     def each(self, value: Any, what: str) -> Array:
-        """Return a vector (1, 3), or those of a batch repeated for every pose, (n s, 3)."""
+        """Return a vector (1, 3), or a batch's repeated for every pose, (n s, 3)."""
         n, s = self.states.shape[:2]
         found = numbers(value, what)
         if len(found) not in (1, n):
@@ -294,7 +301,7 @@ class Motion:
         return np.repeat(found, s, axis=0) if len(found) > 1 else found
 
     def poses(self, order: int = 0) -> tuple[Array, Array]:
-        """Return rotations (order + 1, n s, b, 3, 3) and translations of all bodies, without dimensions."""
+        """Return dimensionless rotations (order + 1, n s, b, 3, 3) and translations of bodies."""
         if not order and self._fast and ("poses", 0) not in self._cache:
             self._rate()
         if ("poses", order) not in self._cache:
@@ -310,7 +317,9 @@ class Motion:
         return self.curve.system.bodies.index(body)
 
     def point(self, body: str, at: Any, order: int = 0) -> Array:
-        """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
+        """Return the path of a point of a body, given in the design pose; (s, 3) or (s, order + 1,
+        3).
+        """
         system, b = self.curve.system, self.body_number(body)
         rotation, shift = self.poses(whole("order", order, 0, HIGHEST))
         p = (self.each(at, "a point") - system.centre) / system.unit
@@ -323,7 +332,9 @@ class Motion:
         return out
 
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
-        """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
+        """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order
+        + 1, 3).
+        """
         rotation, _ = self.poses(whole("order", order, 0, HIGHEST))
         v = self.each(vector, "a direction")
         return self._read((rotation[:, :, self.body_number(body)] @ v[..., None])[..., 0], 1.0)
@@ -333,7 +344,9 @@ class Motion:
         return self._shaped(self.poses()[0][0][:, self.body_number(body)])
 
     def spin(self, body: str, order: int = 1) -> Array:
-        """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s, order, 3)."""
+        """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s,
+        order, 3).
+        """
         turn = self.poses(whole("order", order, 1, HIGHEST))[0][:, :, self.body_number(body)]
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
@@ -348,7 +361,7 @@ class Motion:
         return (*self.held, *self.others, self.driven)
 
     def basis(self) -> Array:
-        """Return rates (n s, unknowns, f) of the unknowns, one for each of `scalars`, the others standing still."""
+        """Return rates (n s, unknowns, f) of unknowns per unit of each of `scalars`."""
         if "basis" not in self._cache:
             self._rate()
         return np.asarray(self._cache["basis"])
@@ -362,7 +375,7 @@ class Motion:
         return known
 
     def function(self, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
-        """Return a scalar as a function of the poses of this motion, and the points on which it is."""
+        """Return a scalar as a function of these poses, and its points."""
         key = identity(scalar)
         if key not in self._cache:
             self._cache[key] = self.mechanism.scalar_function(scalar, self.scalars)
@@ -370,7 +383,9 @@ class Motion:
         return function, points
 
     def twists(self) -> Array:
-        """Return twists (n s, b, 6, f) of bodies per unit of each of `scalars`: velocity of the centre, and spin."""
+        """Return twists (n s, b, 6, f) of bodies per unit of each of `scalars`: velocity of the
+        centre, and spin.
+        """
         if "twists" not in self._cache:
             self._rate()
         return np.asarray(self._cache["twists"])
@@ -399,7 +414,9 @@ class Motion:
         return out
 
     def joint(self, body: str, index: int = 0, order: int = 0) -> Array:
-        """Return the coordinate of the joint that carries a body, 0 in the design pose; (s,) or (s, order + 1)."""
+        """Return the coordinate of the joint that carries a body, 0 in the design pose; (s,) or (s,
+        order + 1).
+        """
         system, b = self.curve.system, self.body_number(body)
         index, order = whole("index", index, 0), whole("order", order, 0, HIGHEST)
         for p in system.placed:
@@ -419,7 +436,7 @@ class Motion:
         points: Mapping[str, tuple[str, Any]] | None = None, labels: bool = True, title: str = "",
         springs: Mapping[str, Length] | None = None,
     ) -> Figure:  # fmt: skip
-        """Draw the mechanism in three dimensions, in the pose nearest to the design pose, with the ends as ghosts.
+        """Draw the mechanism in the pose nearest to the design pose, ends as ghosts.
 
         Parameters
         ----------
@@ -428,7 +445,8 @@ class Motion:
         wheel : Wheel or sequence of Wheel, optional
             Drawn too, and their centres followed.
         points : dict, optional
-            Points to be followed: by what is written at them, a body and a point in the design pose.
+            Points to be followed: by what is written at them, a body and a point in the design
+            pose.
         labels : bool
             Whether names, and lengths of links in the unit of length, are written.
         title : str, optional
@@ -461,7 +479,8 @@ class Motion:
         return draw(seen, file, switch("labels", labels))
 
     def plot_curves(self, table: pd.DataFrame, file: str | Path | None = None) -> Figure:
-        """Plot columns of a table, one row per pose, over the drive: such as ``kinematics(motion, wheel)``.
+        """Plot columns of a table, one row per pose, over the drive: such as ``kinematics(motion,
+        wheel)``.
 
         Raises
         ------
@@ -481,7 +500,7 @@ class Motion:
         return plot(self.drive_shown, heading, table.drop(columns=heading, errors="ignore"), file)
 
     def residual(self) -> Array:
-        """Return the largest distance by which any condition is missed, those that others imply too, shape (s,)."""
+        """Return the largest violation (s,) of any condition, redundant ones too."""
         curve, y = self.flat()
         return self._shaped(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
 
@@ -491,7 +510,7 @@ def _regular(square: Array) -> bool:
 
 
 def taken(motion: Motion, reading: Callable[[Any], Any], what: str) -> Array:
-    """Return what somebody's function reads off a motion, as numbers; `InvalidRequest` if it fails."""
+    """Return a user's reading of a motion as numbers; raise `InvalidRequest` if it fails."""
     if not callable(reading):
         raise InvalidRequest(f"{what} must be a function of a motion, not {quoted(reading)}")
     try:
@@ -504,7 +523,7 @@ def taken(motion: Motion, reading: Callable[[Any], Any], what: str) -> Array:
 
 
 def in_time(reduced: Any, rates: Any) -> Array:
-    """Return time derivatives from those by the drive, for a law q(t) of the drive (Faà di Bruno).
+    """Return time derivatives for a law q(t) of the drive (Faà di Bruno).
 
     Parameters
     ----------

@@ -37,7 +37,9 @@ def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
 
 
 def _rough(a: Array, b: Array) -> Array:
-    """Solve equations (n, k, m) with as many unknowns or fewer, by least squares if fewer: no pose is near."""
+    """Solve equations (n, k, m) with as many unknowns or fewer, by least squares if fewer: no pose
+    is near.
+    """
     return solve(a, b[..., None])[..., 0] if a.shape[1] == a.shape[2] else (np.linalg.pinv(a) @ b[..., None])[..., 0]
 
 

@@ -16,9 +16,11 @@ from .curve import Curve
 from .newton import solved
 from .system import System
 
-#: Largest first correction at a node of a path [rad, units]: beyond it the next assembly may be nearer.
+#: Largest first correction at a node of a path [rad, units]: beyond it the next assembly may be
+#: nearer.
 REFUSED = 1e-2
-#: First correction at a node for which steps aim [rad, units]: that of single drives (`tracing.AIM`).
+#: First correction at a node for which steps aim [rad, units]: that of single drives
+#: (`tracing.AIM`).
 AIM = 2e-3
 #: Largest second correction over the first: Newton's method contracts, or another assembly is near.
 CONTRACTION = 0.2
@@ -32,7 +34,9 @@ BOW = 1e-2
 
 @dataclass(frozen=True)
 class Course:
-    """Values of all scalars along a path: `values` (n, f) and their rates (n, f) by its parameter, from 0 to `end`."""
+    """Values of all scalars along a path: `values` (n, f) and their rates (n, f) by its parameter,
+    from 0 to `end`.
+    """
 
     values: Callable[[Any], Array]
     rates: Callable[[Any], Array]
@@ -59,9 +63,11 @@ class Course:
 
 @dataclass(frozen=True)
 class Followed:
-    """Nodes of a path, as many as steps were made: parameter (k,), states and their rates (k, n, numbers).
+    """Nodes of a path, as many as steps were made: parameter (k,), states and their rates (k, n,
+    numbers).
 
-    States are NaN after a mechanism has stopped; `reached` (n,) is the parameter up to which it came.
+    States are NaN after a mechanism has stopped; `reached` (n,) is the parameter up to which it
+    came.
     """
 
     parameter: Array
@@ -84,7 +90,8 @@ class Followed:
 def follow(system: System, y: Array, course: Course) -> Followed:
     """Follow a path of all scalars from states (n, numbers) at its beginning.
 
-    Predictor and corrector: Newton's method on conditions and scalars, from the cubic through the last two nodes.
+    Predictor and corrector: Newton's method on conditions and scalars, from the cubic through the
+    last two nodes.
     """
     n, here, step = len(y), 0.0, 1.0
     alive, reached = np.ones(n, bool), np.zeros(n)

@@ -209,7 +209,7 @@ def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: fl
 
 
 def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
-    """Return the shaft of a body that turns about an axis and keeps an angle with another."""
+    """Return the shaft of a body on a hinge with a kept angle."""
     sides = [
         sign for x in mechanism.elements if isinstance(x, e.KeepAngle) for b, sign in ((x.a, -1), (x.b, 1)) if b == body
     ]
@@ -289,7 +289,7 @@ def _coil(poses: Poses, spring: e.Length, radius: float) -> Array:
 
 
 def _guides(mechanism: Mechanism, poses: Poses, size: float) -> tuple[list[tuple[str, Array]], list[tuple[str, Array]]]:
-    """Return curves (p, m, 3) and patches (p, m, m, 3) of guides about the paths of points."""
+    """Return curves (p, m, 3) and patches (p, m, m, 3) of guides."""
     curves: list[tuple[str, Array]] = []
     patches: list[tuple[str, Array]] = []
     for x in mechanism.elements:

@@ -14,11 +14,13 @@ from .system import System
 RANK = 1e-8
 #: How far from the design pose a second pose is looked at [rad, units].
 ASIDE = 0.03
-#: The same in that pose, which is corrected to 1e-10 and has been moved far from where values vanish.
+#: The same in that pose, which is corrected to 1e-10 and has been moved far from where values
+#: vanish.
 RANK_ASIDE = 1e-6
 #: Part of that way below which the pose has come back: the design pose is alone.
 BACK = 0.05
-#: How far conditions may be missed in the second pose [units]: else the mechanism does not move there.
+#: How far conditions may be missed in the second pose [units]: else the mechanism does not move
+#: there.
 MISSED = 1e-8
 #: Singular values below this part of the largest could be none, if hard points were exact.
 NEARLY = 1e-3
@@ -100,7 +102,9 @@ def missed_by(system: System) -> tuple[str, float] | None:
 
 
 def without_missed(curve: Curve, states: Array) -> list[int]:
-    """Make states (n, s, numbers) NaN that miss conditions taken for implied by others; return their mechanisms."""
+    """Make states (n, s, numbers) NaN that miss conditions taken for implied by others; return
+    their mechanisms.
+    """
     out: list[int] = []
     for i in range(len(states)) if curve.system.redundant else ():
         some = np.flatnonzero(np.isfinite(states[i]).all(-1))

@@ -72,7 +72,7 @@ class Drives:
         return len(self.scalars) == 1 and bool(np.isnan(self.at).all())
 
     def path(self) -> Array:
-        """Return the values of the drives along their path, (p, d); those with one value keep it."""
+        """Return the values of the drives along their path, (p, d)."""
         lengths = {len(v) for v in self.values} - {1}
         if len(lengths) > 1:
             raise InvalidRequest(

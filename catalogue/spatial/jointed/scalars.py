@@ -1,4 +1,6 @@
-"""What drives, is held or is read off, as a function of the pose: its value as a series, and its wrench."""
+"""What drives, is held or is read off, as a function of the pose: its value as a series, and its
+wrench.
+"""
 
 # ruff: noqa: ARG002  (a scalar need not use every argument of its formulas)
 
@@ -34,14 +36,14 @@ class ScalarFunction:
     periodic = False
 
     def row(self, x: Array, d: Array, screws: Array, moves: Array) -> Array:
-        """Return the derivatives (n, m) by the unknowns, from their screws (n, m, 6) and which of them move it."""
+        """Return derivatives (n, m) by the unknowns from their screws (n, m, 6) and a mask."""
         out = (screws @ self.wrench(x, d)[..., None])[..., 0] * moves
         if self.unknown is not None:
             out[:, self.unknown] = 1.0
         return np.asarray(out)
 
     def value(self, x: Array, d: Array, y: Array) -> Array:
-        """Return the value (K + 1, n) from series of ends, vectors and numbers of the state."""
+        """Return the value (K + 1, n) from series of ends, vectors and states."""
         raise NotImplementedError
 
     def wrench(self, x: Array, d: Array) -> Array:
@@ -65,7 +67,7 @@ class CoordinateFunction(ScalarFunction):
 
 @dataclass(frozen=True)
 class TravelFunction(ScalarFunction):
-    """How far a point, an end, is from where the design pose has it, an end of the ground, along a vector of that."""
+    """Distance of an end from its design place, along a vector of the ground."""
 
     end: int
     design: int

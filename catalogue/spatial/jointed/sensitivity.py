@@ -16,15 +16,17 @@ from .hard_points import directions
 from .motion import Motion, taken
 from .newton import solved
 
-#: Displacement of a hard point, in the size of the mechanism, for central differences of exact solutions.
+#: Displacement of a hard point, in the size of the mechanism, for central differences of exact
+#: solutions.
 STEP = 2.0**-17
 
 
 def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFrame:
     """Return the derivative of a reading by every coordinate of every hard point, over the sweep.
 
-    A hard point is displaced in the design pose, so that lengths of links follow it, as when a design is varied.  Each
-    displaced mechanism is solved anew from the poses of the given one; central differences, good to about nine digits.
+    A hard point is displaced in the design pose, so that lengths of links follow it, as when a
+    design is varied.  Each displaced mechanism is solved anew from the poses of the given one;
+    central differences, good to about nine digits.
 
     Parameters
     ----------

@@ -1,4 +1,5 @@
-"""Motions of several drives: along a path of their values, over their grid, or with scalars held at values.
+"""Motions of several drives: along a path of their values, over their grid, or with scalars held at
+values.
 
 A grid is swept drive after drive: from each pose of one drive by the next, all at once.
 """
@@ -46,7 +47,8 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     mechanism : Mechanism
     drives : Drives
     grid : bool
-        Whether every value of a drive is combined with every one of the others; else all go along one path.
+        Whether every value of a drive is combined with every one of the others; else all go along
+        one path.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Which joint carries which body: a spanning tree of bodies and joints from the ground on."""
+"""Choose the joints that carry bodies: a spanning tree of bodies and joints from the ground on."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Carrier = e.Revolute | e.Prismatic | e.Cylindrical
 
 
 class SpanningTree:
-    """Bodies in an order in which each hangs on an earlier one, on the first joint that is stated of it, or is free.
+    """Bodies in order, each on an earlier one by its first joint, or free.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class SpanningTree:
                 self.carrier[b] = carriers.get(b)
 
     def add(self, name: str, x: e.OnGuide) -> int:
-        """Add a body that is a point on a guide, carried by it without turning; return its number."""
+        """Add a point on a guide as a body that does not turn; return its number."""
         self.bodies.append(name)
         self.carrier[name] = x
         return len(self.bodies) - 1

@@ -19,7 +19,7 @@ from .vectors import cross
 
 @dataclass(frozen=True, eq=False)
 class Load(Stated):
-    """A force on a body at one of its points, given where it is in the design pose, and a moment, in world axes."""
+    """A force on a body at a point of the design pose, and a moment."""
 
     body: str
     force: Sequence[float] | Any
@@ -28,7 +28,7 @@ class Load(Stated):
 
 
 def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
-    """Return what joints and links have to bear, and what the drive has to exert, in equilibrium without masses.
+    """Compute reactions of joints and links, and drive forces, in massless equilibrium.
 
     Parameters
     ----------
@@ -39,10 +39,11 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per pose, of a batch indexed by mechanism and pose.  Of a link its force, positive for tension; of an
-        element with several conditions one column each, numbered: forces, or moments where the condition is one of
-        directions; of drive and held scalars what acts on them, a force or a moment.  NaN for elements whose conditions
-        others imply: statics does not determine them.
+        One row per pose, of a batch indexed by mechanism and pose.  Of a link its force, positive
+        for tension; of an element with several conditions one column each, numbered: forces, or
+        moments where the condition is one of directions; of drive and held scalars what acts on
+        them, a force or a moment.  NaN for elements whose conditions others imply: statics does not
+        determine them.
 
     Raises
     ------
@@ -91,7 +92,9 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
 
 
 def _undetermined(motion: Motion) -> Array:
-    """Return which reactions statics does not determine, (n s, conditions): those that can balance by themselves."""
+    """Return which reactions statics does not determine, (n s, conditions): those that can balance
+    by themselves.
+    """
     curve, y = motion.flat()
     rows = curve.system.rows
     if not curve.system.redundant:

@@ -1,4 +1,4 @@
-"""Poses at the values of a drive, from the design pose on the assembly it is in: by `kernel`, or by numpy."""
+"""Find poses at values of a drive, from the design pose, compiled or by numpy."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from . import compiled
 from .curve import Curve
 from .newton import ACCURACY, solved
 
-#: How far beyond an end of its way, in units or radians, a value of the drive still counts as reached.
+#: How far beyond an end of its way, in units or radians, a value of the drive still counts as
+#: reached.
 BESIDE = 1e-12
 #: Why a way ended, in the order of `kernel`.
 REASONS = ("", TURNING, BRANCH, STUCK, LONG)
 
 
 def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: Array) -> tuple[Array, Array, Array]:
-    """Sweep mechanisms from design poses y (n, numbers), along tangents (n, m) on which the drive grows.
+    """Sweep from design poses y (n, numbers) along tangents (n, m) of growing drive.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
 def _swept(
     curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, target: Array, goal: Array
 ) -> tuple[Array, Array, Array]:
-    """The same by numpy: all ways first, then all poses together."""
+    """Sweep by numpy: all ways first, then all poses together."""
     n = len(y)
     both = np.tile(np.arange(n), 2)
     signed = np.concatenate([-tangent, tangent])

@@ -1,9 +1,9 @@
-"""The equations of a mechanism of bodies, joints and links, without dimensions, for many of its poses at once.
+"""Dimensionless equations of a mechanism, for many poses at once.
 
-What joins bodies beside the joints on which they hang closes loops.  Each closing condition is a scalar with a unit
-*wrench* at which its bodies push each other, each unknown a *screw* about which it moves its bodies (`tree`); their
-reciprocal product is the Jacobian, for positions, rates and reactions alike (Hunt, Kinematic Geometry of Mechanisms,
-ch. 12).
+What joins bodies beside the joints on which they hang closes loops.  Each closing condition is a
+scalar with a unit *wrench* at which its bodies push each other, each unknown a *screw* about which
+it moves its bodies (`tree`); their reciprocal product is the Jacobian, for positions, rates and
+reactions alike (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class System(Tree):
         return np.asarray(np.sqrt((e * e).sum(-1)))
 
     def attached(self, rotation: Array, shift: Array) -> tuple[Array, Array]:
-        """Return where all ends are, (K + 1, n, e, 3), and all vectors, (K + 1, n, v, 3)."""
+        """Return ends (K + 1, n, e, 3) and vectors (K + 1, n, v, 3)."""
         out = []
         for groups, given, count in (
             (self._groups[0], self.points, len(self.ends[0])),
@@ -142,7 +142,7 @@ class System(Tree):
 
     @cached_property
     def _pairs(self) -> list[Any]:
-        """First and second ends of distances and offsets, vectors of offsets, first and second vectors of angles."""
+        """Ends of distances and offsets, vectors of offsets and angles, by pairs."""
         return [span(v) for v in (*self.distances, *self.offsets, *self.angles)]
 
     def residual(self, x: Array, d: Array, rotation: Array, shift: Array) -> Array:
@@ -195,7 +195,7 @@ class System(Tree):
         return np.asarray(at @ guide.guide.frame)
 
     def evaluate(self, y: Array) -> tuple[Array, Array, Array]:
-        """Return residuals (n, c), values of the scalars (n, k) and the Jacobian of both (n, c + k, unknowns)."""
+        """Return residuals (n, c), scalars (n, k) and their Jacobian (n, c + k, unknowns)."""
         n = len(y)
         rotation, shift = self.poses(y)
         screws = self.screws(y, rotation, shift)

@@ -1,4 +1,6 @@
-"""What designers of function generators read off: output over input with derivatives, and the transmission angle."""
+"""What designers of function generators read off: output over input with derivatives, and the
+transmission angle.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,7 @@ from .vectors import cross
 
 
 def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
-    """Return the coordinate of the joint that carries an output, its derivatives by the drive, the transmission angle.
+    """Tabulate an output joint, its derivatives by the drive and the transmission angle.
 
     Parameters
     ----------
@@ -22,8 +24,9 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     output : str
         A body on a revolute joint on the ground, for the transmission angle; else on any joint.
     link : str, optional
-        The name of the link that moves it: its transmission angle is that between the link and the plane across which
-        the output's end of it moves, 90 degrees at best, 0 at a dead point of the output.
+        The name of the link that moves it: its transmission angle is that between the link and the
+        plane across which the output's end of it moves, 90 degrees at best, 0 at a dead point of
+        the output.
 
     Raises
     ------

@@ -1,8 +1,10 @@
-"""Poses of bodies that hang on joints: the spanning tree of a mechanism, without dimensions, for many states at once.
+"""Poses of bodies that hang on joints: the spanning tree of a mechanism, without dimensions, for
+many states at once.
 
-Every body has the frame of the design pose, so that hard points are body coordinates, and all bodies start at the
-identity.  A body hangs on the first revolute, prismatic or cylindrical joint that was stated of it, or is free.  Each
-unknown is a *screw* about which it moves its bodies (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
+Every body has the frame of the design pose, so that hard points are body coordinates, and all
+bodies start at the identity.  A body hangs on the first revolute, prismatic or cylindrical joint
+that was stated of it, or is free.  Each unknown is a *screw* about which it moves its bodies (Hunt,
+Kinematic Geometry of Mechanisms, ch. 12).
 """
 
 from __future__ import annotations
@@ -21,8 +23,10 @@ from .vectors import EYE, cayley, cross, series, skew, turned, waves
 from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
-#: Unknowns, and numbers of the state, of each kind of joint.
-UNKNOWNS, NUMBERS = (1, 1, 2, 2, 1, 6), (1, 1, 2, 2, 1, 7)
+#: Unknowns of each kind of joint.
+UNKNOWNS = (1, 1, 2, 2, 1, 6)
+#: Numbers of the state of each kind of joint.
+NUMBERS = (1, 1, 2, 2, 1, 7)
 
 
 def span(index: Sequence[int] | Array) -> Any:
@@ -36,9 +40,11 @@ def span(index: Sequence[int] | Array) -> Any:
 
 @dataclass(frozen=True)
 class Placed:
-    """Bodies on joints of one kind: numbers of bodies, of those they hang on, of unknowns, and of the state.
+    """Bodies on joints of one kind: numbers of bodies, of those they hang on, of unknowns, and of
+    the state.
 
-    `lead` says how far revolute joints that are screws advance, in units per radian; empty if none is.
+    `lead` says how far revolute joints that are screws advance, in units per radian; empty if none
+    is.
     """
 
     joint_kind: int
@@ -71,7 +77,8 @@ class Placed:
 
 @dataclass(frozen=True)
 class Tree:
-    """Bodies on their joints; the leading axis N of the geometry is 1, or that of a batch of mechanisms.
+    """Bodies on their joints; the leading axis N of the geometry is 1, or that of a batch of
+    mechanisms.
 
     Attributes
     ----------
@@ -102,16 +109,16 @@ class Tree:
 
     @cached_property
     def weight(self) -> Array:
-        """Squares of the numbers of a rate of length 1, by these weights, add up to 1; shape (numbers,)."""
+        """Weights by which squares of a unit rate add up to 1; shape (numbers,)."""
         w = np.ones(self.numbers)
         for p in self.placed:
             if p.joint_kind == FREE:
                 w[np.asarray(p.number)[:, None] + np.arange(4)] = 4
         return w
 
-    # -- poses --------------------------------------------------------------------------------------------------------
+    # -- poses -----------------------------------------------------------------------------------
     def poses(self, y: Array, x: Array | None = None) -> tuple[Array, Array]:
-        """Return rotations (K + 1, n, b, 3, 3) and translations (K + 1, n, b, 3) of the bodies.
+        """Return series of rotations (K + 1, n, b, 3, 3) and translations.
 
         Parameters
         ----------
@@ -168,7 +175,7 @@ class Tree:
 
     @cached_property
     def _axes(self) -> list[tuple[Array, ...]]:
-        """Axis and point of joints, and the parts of a rotation about the axis that are constant."""
+        """Axis and point of joints, and constant parts of rotations about them."""
         out: list[tuple[Array, ...]] = []
         for p in self.placed:
             at = self.points[:, p.point]
@@ -179,7 +186,9 @@ class Tree:
 
     @cached_property
     def _still(self) -> Array:
-        """Screws that never change: of joints on the ground, and translations of free bodies; (N, unknowns, 6)."""
+        """Screws that never change: of joints on the ground, and translations of free bodies; (N,
+        unknowns, 6).
+        """
         out = np.zeros((len(self.points), self.unknowns, 6))
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
             if p.joint_kind == FREE:
@@ -227,7 +236,9 @@ class Tree:
         return turn, move
 
     def screws(self, y: Array, rotation: Array, shift: Array) -> Array:
-        """Return the screw of every unknown, shape (n, unknowns, 6): the velocity of the origin, and the rotation."""
+        """Return the screw of every unknown, shape (n, unknowns, 6): the velocity of the origin,
+        and the rotation.
+        """
         out = np.empty((len(y), self.unknowns, 6))
         out[:] = self._still
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
@@ -247,7 +258,9 @@ class Tree:
         return out
 
     def numbered(self, y: Array, x: Array) -> Array:
-        """Return the numbers of the state as series (K + 1, n, numbers); those of free bodies stand still."""
+        """Return the numbers of the state as series (K + 1, n, numbers); those of free bodies stand
+        still.
+        """
         out = np.zeros((len(x), *y.shape))
         out[0] = y
         for p in self.placed:
@@ -256,7 +269,7 @@ class Tree:
                     out[1:, :, p.numbers(k)] = x[1:, :, p.unknowns(k)]
         return out
 
-    # -- states -------------------------------------------------------------------------------------------------------
+    # -- states ----------------------------------------------------------------------------------
     def moved(self, y: Array, step: Array) -> Array:
         """Return the states after a step (n, unknowns) of all unknowns."""
         out = y.copy()
@@ -281,7 +294,9 @@ class Tree:
         return y
 
     def lifted(self, y: Array, step: Array) -> Array:
-        """Return the rates (n, numbers) of the states when the unknowns have those given (n, unknowns)."""
+        """Return the rates (n, numbers) of the states when the unknowns have those given (n,
+        unknowns).
+        """
         out = np.empty_like(y)
         for p in self.placed:
             if p.joint_kind == FREE:

@@ -1,4 +1,6 @@
-"""Vectors, rotations and their power series, batch by batch: the last axes are those of the vector or the matrix."""
+"""Vectors, rotations and their power series, batch by batch: the last axes are those of the vector
+or the matrix.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +19,14 @@ EYE = np.eye(3)
 
 
 def skew(a: Array) -> Array:
-    """Return the matrices (..., 3, 3) that take the vector product of vectors (..., 3) with another."""
+    """Return cross-product matrices (..., 3, 3) of vectors (..., 3)."""
     return np.asarray((a @ LEVI_CIVITA).reshape(*a.shape, 3))
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector product along the last axis; few by one matrix product each, many component by component."""
+    """Return the vector product along the last axis; few by one matrix product each, many component
+    by component.
+    """
     if a.size + b.size < 512:
         return np.asarray((skew(a) @ b[..., None])[..., 0])
     out = np.empty(np.broadcast_shapes(a.shape, b.shape))
@@ -52,7 +56,7 @@ def waves(q: Array) -> tuple[Array, Array]:
 
 
 def cayley(turn: Array) -> Array:
-    """Return the series of rotations of which `turn` is that of twice the tangent of half the angle about the axis."""
+    """Return the series of rotations of Cayley vectors `turn`: 2 tan(angle / 2) along the axis."""
     h = skew(turn / 2)
     square = dots(turn / 2, turn / 2)
     square[0] += 1

@@ -1,8 +1,9 @@
-"""Steps along the curve of the poses of any compiled equations, to a value of the drive or a dead point; poses between.
+"""Step along a curve of compiled poses to a drive value or dead point; poses
+between.
 
-A plan has, besides, `keep`: the rows of the conditions; `redundant`: whether some are implied by others; `scalars`,
-of which the last column of the last says whether the drive is known but for whole turns; `weight`: of the numbers of a
-rate of length 1; `idle`: what spins idly.
+A plan has, besides, `keep`: the rows of the conditions; `redundant`: whether some are implied by
+others; `scalars`, of which the last column of the last says whether the drive is known but for
+whole turns; `weight`: of the numbers of a rate of length 1; `idle`: what spins idly.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from .newton import around, evaluated, factored, lacking, largest, select
 LEAST_BULGE = 1e-3
 #: Least divisor.
 TINY = 1e-9
-#: Why a curve ended: it was to, or a reason; a matrix was singular, which numpy solves.  Bodies on guides end, besides,
-#: at the edge of a guide, and where a pose is not surely on the curve.
+#: Why a curve ended: it was to, or a reason; a matrix was singular, which numpy solves.  Bodies on
+#: guides end, besides, at the edge of a guide, and where a pose is not surely on the curve.
 REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR, EDGE, DOUBTFUL = range(8)
 
 
@@ -59,7 +60,9 @@ def cubic(t, h, a, b, da, db):
 
 @inlined
 def across(plan, held, w, border):
-    """Find Newton's step across a tangent, and the unit vector along the curve; return the sign of the determinant."""
+    """Find Newton's step across a tangent, and the unit vector along the curve; return the sign of
+    the determinant.
+    """
     sign = factored(border, w)
     if sign != 0:
         lacking(plan, held, w)
@@ -90,7 +93,8 @@ def size_of(v):
 
 @inlined
 def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
-    """Try a step from node k of nodes, node b before it; leave the new state, its rates and its tangent in `w`.
+    """Try a step from node k of nodes, node b before it; leave the new state, its rates and its
+    tangent in `w`.
 
     Returns
     -------
@@ -132,10 +136,10 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
 
 @inlined
 def good_step(plan, h, nodes, k, first, second, w, limits):
-    """Return whether a step is one along the same smooth curve, but for the sign of its determinant.
+    """Return whether a step stays on its smooth curve, but for the determinant's sign.
 
-    With it its arc, and how much longer the next may be: corrections grow like the fourth power of a step, the turn
-    like the step, the bow like its square.
+    With it its arc, and how much longer the next may be: corrections grow like the fourth power of
+    a step, the turn like the step, the bow like its square.
     """
     chord, cosine, turn = 0.0, 0.0, 0.0
     for i in range(len(w.y)):
@@ -159,7 +163,9 @@ def good_step(plan, h, nodes, k, first, second, w, limits):
 
 @inlined
 def rises(nodes, k, arc, value, slope, margin, w):
-    """Return whether the drive grows all along a step: its cubic, whose error is the cube of the angle turned, does."""
+    """Return whether the drive grows all along a step: its cubic, whose error is the cube of the
+    angle turned, does.
+    """
     a, b, rise, turn = nodes.slope[k], slope, (value - nodes.drive[k]) / arc, 0.0
     linear, square = 6 * rise - 4 * a - 2 * b, 3 * (a + b - 2 * rise)
     if b <= 0 or not (square > 0 and linear < 0 and linear > -2 * square):
@@ -183,8 +189,8 @@ def write_node(nodes, k, s, value, slope, w):
 def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     """Try a step from node k, b before it, and write it as node `to`.
 
-    Returns the next length of step, whether the step was made, whether it would have changed the orientation, and
-    whether a matrix was singular.
+    Returns the next length of step, whether the step was made, whether it would have changed the
+    orientation, and whether a matrix was singular.
     """
     if plan.redundant:  # conditions that stand for all others where the step begins
         at(plan, geometry, g, nodes.y[k], w)
@@ -204,7 +210,7 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
 
 @compiled
 def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
-    """Follow a curve from node 1, node 0 before it, by a first step h, until its drive passes a target, or turns back.
+    """Follow a curve from node 1 until its drive passes a target or turns back.
 
     Returns the last node, why it ended, and how many steps were tried.
     """
@@ -229,7 +235,9 @@ def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
 
 @compiled
 def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
-    """Return the slope of the drive at an arc length next to nodes i and i + 1; the pose and its tangent are in `w`."""
+    """Return the slope of the drive at an arc length near node i; the pose and its tangent are in
+    `w`.
+    """
     h, drive = nodes.s[i + 1] - nodes.s[i], len(w.value) - 1
     t = (s - nodes.s[i]) / h
     for j in range(len(w.y)):
@@ -254,7 +262,8 @@ def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
 def stationary(plan, geometry, g, held, nodes, i, limits, w):
     """Find the pose next to nodes i and i + 1 where the drive is stationary; return its arc length.
 
-    By false position, where the slope changes its sign; else the place is a little outside, where a secant finds it.
+    By false position, where the slope changes its sign; else the place is a little outside, where a
+    secant finds it.
     """
     a, b = nodes.s[i], nodes.s[i + 1]
     low, high, s = 1.5 * a - 0.5 * b, 1.5 * b - 0.5 * a, b
@@ -318,10 +327,11 @@ def where(nodes, i, direction, value):
 
 @inlined
 def between(nodes, i, last, direction, value, bulge, w):
-    """Find the pose, on the cubics between nodes 1 to `last`, at a value of the drive, from node i on.
+    """Interpolate the pose at a value of the drive between nodes, from node i.
 
-    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose before, `off`, where
-    that was `bulge`, it is set right.  Returns the node before the pose, and t^2 (1 - t)^2; `off` is the cubic itself.
+    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose
+    before, `off`, where that was `bulge`, it is set right.  Returns the node before the pose, and
+    t^2 (1 - t)^2; `off` is the cubic itself.
     """
     drive = nodes.drive
     if last == 1:

@@ -7,10 +7,11 @@ from .compiling import compiled, inlined
 
 @compiled
 def eliminate(a, m, columns, interchanged):
-    """Solve a system of m equations by elimination with row pivoting, in place: `columns` with all right sides.
+    """Solve a system of m equations by elimination with row pivoting, in place: `columns` with all
+    right sides.
 
-    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.  Pivots, and what
-    rows were multiplied with, are left for `substitute`.
+    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.
+    Pivots, and what rows were multiplied with, are left for `substitute`.
     """
     sign = 1.0
     for c in range(m):
@@ -43,7 +44,9 @@ def eliminate(a, m, columns, interchanged):
 
 @inlined
 def substitute(a, m, interchanged, out):
-    """Solve a system that has been eliminated for another right side, in place: forward and back substitution."""
+    """Solve a system that has been eliminated for another right side, in place: forward and back
+    substitution.
+    """
     for c in range(m):
         out[c], out[interchanged[c]] = out[interchanged[c]], out[c]
         out[c] /= a[c, c]

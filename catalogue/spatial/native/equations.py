@@ -1,7 +1,7 @@
-"""What compiled equations offer, so that `newton` solves them and `curve` follows the poses that satisfy them.
+"""Interface of compiled equations to `newton` and `curve`.
 
-A kernel registers its functions for the type of its plan, and numba compiles what calls them once for each: which plan
-is meant it knows from the type of the first argument.
+A kernel registers its functions for the type of its plan, and numba compiles what calls them once
+for each: which plan is meant it knows from the type of the first argument.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numba.extending import overload
 
 
 def evaluate(plan: Any, geometry: Any, g: int, y: Any, w: Any, jacobian: bool) -> None:
-    """Find what conditions lack and the drive, its value last, and if asked for the Jacobian of both."""
+    """Evaluate conditions, the drive last, and their Jacobian if asked for."""
 
 
 def moved(plan: Any, y: Any, step: Any) -> None:
@@ -29,7 +29,7 @@ def lifted(plan: Any, y: Any, step: Any, out: Any) -> None:
 
 
 def offer(plan: type, functions: Sequence[Any]) -> None:
-    """Let compiled functions stand for those above, in their order, wherever the first argument is a plan of a type."""
+    """Register compiled functions for the stubs above, by the type of the plan."""
     stubs: tuple[Callable[..., None], ...] = (evaluate, moved, unitary, lifted)
     for stub, function in zip(stubs, functions, strict=True):
         _offer(plan, stub, function)

@@ -1,7 +1,7 @@
-"""Kernels that numba compiles, where it is installed: ten times faster than numpy.
+"""Load compiled kernels, where numba is installed: ten times faster than numpy.
 
-numba keeps what it has compiled beside the module, or, where it cannot write there, in the user's cache folder
-(`NUMBA_CACHE_DIR` says another); `NUMBA_DISABLE_JIT=1` leaves all to numpy.
+numba keeps what it has compiled beside the module, or, where it cannot write there, in the user's
+cache folder (`NUMBA_CACHE_DIR` says another); `NUMBA_DISABLE_JIT=1` leaves all to numpy.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ...progress import busy
 
 
 def load(name: str) -> ModuleType | None:
-    """Return a module of compiled functions, or None if numba is not installed or not to compile."""
+    """Return a module of compiled functions; None without numba."""
     if find_spec("numba") is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return None
     try:

@@ -10,7 +10,8 @@ from .compiling import compiled, inlined
 from .elimination import eliminate, substitute
 from .equations import evaluate, moved, unitary
 
-#: A matrix is factored anew where the step by an old one is larger than this part of the step before.
+#: A matrix is factored anew where the step by an old one is larger than this part of the step
+#: before.
 SLOW = 0.05
 #: Predicted error of a pose at which its correction ends.
 NONE_LEFT = 1e-15
@@ -30,7 +31,7 @@ def evaluated(plan, geometry, g, y, w, jacobian):
 
 @inlined
 def lacking(plan, held, w):
-    """Put what the conditions of the curve lack, its sign changed, where a step is solved for."""
+    """Write the negative residual of the curve as right side of a step."""
     rows = len(w.value) - len(plan.scalars)
     free = len(plan.keep) - len(held)
     for i in range(len(plan.keep)):
@@ -45,7 +46,9 @@ def lacking(plan, held, w):
 
 @inlined
 def factored(last, w):
-    """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of a singular one."""
+    """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of
+    a singular one.
+    """
     a, m = w.matrix, len(last)
     for i in range(m - 1):
         row = w.rows[i]
@@ -58,7 +61,9 @@ def factored(last, w):
 
 @compiled
 def select(plan, held, w):
-    """Choose the conditions that span all others best, by elimination with full pivoting of their Jacobian."""
+    """Choose the conditions that span all others best, by elimination with full pivoting of their
+    Jacobian.
+    """
     left, (conditions, m) = w.left, w.left.shape
     for r in range(conditions):
         for j in range(m):
@@ -91,9 +96,11 @@ def largest(v):
 
 @compiled
 def corrected(plan, geometry, g, held, y, target, w, accuracy):
-    """Correct a state, in place, so that the drive has a value: 1 if that was possible, 0 if not, -1 if singular.
+    """Correct a state, in place, so that the drive has a value: 1 if that was possible, 0 if not,
+    -1 if singular.
 
-    Newton's method, at first; then with the Jacobian of the step before, as long as that contracts well.
+    Newton's method, at first; then with the Jacobian of the step before, as long as that contracts
+    well.
     """
     m, drive = len(w.step), len(w.value) - 1
     periodic = plan.scalars[-1, 4] == 1

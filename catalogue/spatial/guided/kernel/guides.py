@@ -1,4 +1,6 @@
-"""Points, tangents, functions and coordinates of the guides of `geometry.guides.KINDS`, by their number there."""
+"""Points, tangents, functions and coordinates of the guides of `geometry.guides.KINDS`, by their
+number there.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +15,20 @@ from ...native.compiling import inlined, version
 VERSION = version(__file__, repr([*KINDS]))
 
 _NUMBER = {name: i for i, name in enumerate(KINDS)}
-CYLINDER, CONE, SINH, AXIAL, HALF, RULED = (
-    _NUMBER[name]
-    for name in ("cylinder", "cone", "hyperboloid:sinh", "hyperboloid:axial", "hyperboloid", "hyperboloid:ruled")
-)
-TORUS, SPHERE, SPHERE_Z, PLANE, CARTESIAN = (
-    _NUMBER[name] for name in ("torus", "sphere", "sphere:zpole", "plane", "plane:cartesian")
-)
-CIRCLE, HELIX, LINE = (_NUMBER[name] for name in ("circle", "helix", "line"))
+CYLINDER = _NUMBER["cylinder"]
+CONE = _NUMBER["cone"]
+SINH = _NUMBER["hyperboloid:sinh"]
+AXIAL = _NUMBER["hyperboloid:axial"]
+HALF = _NUMBER["hyperboloid"]
+RULED = _NUMBER["hyperboloid:ruled"]
+TORUS = _NUMBER["torus"]
+SPHERE = _NUMBER["sphere"]
+SPHERE_Z = _NUMBER["sphere:zpole"]
+PLANE = _NUMBER["plane"]
+CARTESIAN = _NUMBER["plane:cartesian"]
+CIRCLE = _NUMBER["circle"]
+HELIX = _NUMBER["helix"]
+LINE = _NUMBER["line"]
 
 
 @inlined

@@ -163,7 +163,7 @@ def by_y(w):
 
 @inlined
 def at_drivers(plan, b, i, y, w, slopes):
-    """Find residual, if asked for with its derivatives by the pose and by the drivers, at the drivers `q`."""
+    """Evaluate the residual at drivers `q`, with derivatives if asked for."""
     put(plan, b, i, y, w.q, w)
     rows = len(plan.points)
     for row in range(rows):
@@ -180,7 +180,9 @@ def at_drivers(plan, b, i, y, w, slopes):
 
 @inlined
 def off_guide(plan, b, i, row, w):
-    """Find how far an undriven point is off its guide; return the unit normal of the guide, in its axes."""
+    """Find how far an undriven point is off its guide; return the unit normal of the guide, in its
+    axes.
+    """
     a = plan.points[row]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     x, y, z = local(b, i, a, w.places[0, 0] + ax, w.places[0, 1] + ay, w.places[0, 2] + az)
@@ -199,7 +201,7 @@ def off_guide(plan, b, i, row, w):
 
 @inlined
 def guide_slopes(plan, b, i, row, gx, gy, gz, w):
-    """Find the derivatives of the distance of an undriven point from its guide, of normal g in its axes."""
+    """Differentiate the distance of an undriven point from its guide of normal g."""
     a = plan.points[row]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     nx, ny, nz = turned(b.frames[i, a], gx, gy, gz)
@@ -217,7 +219,7 @@ def guide_slopes(plan, b, i, row, gx, gy, gz, w):
 
 @inlined
 def driven_slopes(plan, d, row, w):
-    """Find the derivatives of the difference of where its guide and the body have driven point d, rows `row` to + 2."""
+    """Differentiate the gap of driven point d between guide and body, rows `row` to + 2."""
     a = plan.driven[d, 0]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     w.jacobian[row, 1], w.jacobian[row, 2] = -az, ay
@@ -277,7 +279,7 @@ def distance(w):
 
 @inlined
 def off_edge(plan, b, i, y, w):
-    """Return whether a point is on the half of a guide that its chart does not reach; the drivers are `q`."""
+    """Return whether a point is on the half of a guide beyond its chart; the drivers are `q`."""
     beyond = False
     for a in range(b.kinds.shape[1]):
         beyond = beyond or (b.kinds[i, a] == HALF and beyond_waist(plan, b, i, a, y, w))

@@ -29,7 +29,7 @@ from .pose import at_drivers, by_y, distance, lifted, local, off_edge, turned
 
 
 class Ways(NamedTuple):
-    """What is asked of n bodies, and what is answered."""
+    """Requests and answers of n bodies."""
 
     path: Any  # (n, s, k): values of the drivers in units
     stop: Any  # (n, s): corners at first
@@ -41,7 +41,7 @@ class Ways(NamedTuple):
 
 
 class Scales(NamedTuple):
-    """What carries units to what was given, the first axis that of the bodies."""
+    """Factors from units to given lengths, bodies first."""
 
     unit: Any  # (n,)
     centre: Any  # (n, 3)
@@ -118,9 +118,10 @@ def stored(ways, i, j, w):
 
 @inlined
 def set_out(plan, b, i, path, begin, end, held, nodes, w):
-    """Find the straight line from one corner of a path to the next, and set out from a state at its beginning.
+    """Set out along the line from one corner of a path to the next.
 
-    Its length in arcs is left as the drive of node 0, the state as node 1; returns the sign of its determinant.
+    Its length in arcs is left as the drive of node 0, the state as node 1; returns the sign of its
+    determinant.
     """
     m, width = len(plan.keep), 0.0
     w.y[m + 1] = 0.0
@@ -157,7 +158,7 @@ def leapt(plan, b, i, width, held, nodes, limits, accuracy, w):
 
 @compiled
 def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, held, w):
-    """Lead a body by steps along the straight line from one corner of its path to the next, and store nodes passed."""
+    """Lead a body by steps from corner to corner of its path; store nodes."""
     path, m, j, why = ways.path[i], len(plan.keep), begin + ONE, LONG
     h = min(limits.first, 1.02 * width / nodes.slope[1])
     nodes.s[0] = -limits.first
@@ -205,7 +206,7 @@ def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, hel
 
 @inlined
 def part(path, begin, end, j):
-    """Return the part of the way between two corners at which value j of a path is."""
+    """Return the part of the way between corners at value j of a path."""
     along, size = 0.0, 0.0
     for k in range(path.shape[1]):
         segment = path[end, k] - path[begin, k]
@@ -228,7 +229,7 @@ def copied(nodes, one, to):
 
 @inlined
 def off_edges(plan, b, i, k, nodes, w):
-    """Return the first of the nodes up to k that is beyond the edge of a guide; k + 1 if none is."""
+    """Return the first node up to k beyond the edge of a guide; k + 1 if none is."""
     for n in range(2, k + 1):
         for d in range(len(w.q)):
             w.q[d] = w.q0[d] + nodes.drive[n] * w.q1[d]
@@ -292,7 +293,9 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w, vers
 
 @inlined
 def condition(w, ratio):
-    """Return the condition number of the Jacobian, lengths being in diameters: `position.conditioning`."""
+    """Return the condition number of the Jacobian, lengths being in diameters:
+    `position.conditioning`.
+    """
     m, a = len(w.rows), w.inverse
     one, other = 0.0, 0.0
     for r in range(m):

@@ -1,9 +1,9 @@
-"""The equations of one pose and Newton's method on them, compiled by numba: what the modules beside this room do for
-many poses at once by numpy, without surfaces and curves.
+"""The equations of one pose and Newton's method on them, compiled by numba: what the modules beside
+this room do for many poses at once by numpy, without surfaces and curves.
 
-The formulas are theirs: `pose` has the equations (`tree`, `system`, `scalars`), which `native.newton` solves and
-`native.curve` follows, by the tests and constants of `continuation`; `sweep` is what is called
-from outside, by `jointed.compiled` (`sweeping`).
+The formulas are theirs: `pose` has the equations (`tree`, `system`, `scalars`), which
+`native.newton` solves and `native.curve` follows, by the tests and constants of `continuation`;
+`sweep` is what is called from outside, by `jointed.compiled` (`sweeping`).
 """
 
 from ...native.curve import SINGULAR, Nodes, nodes

@@ -1,4 +1,6 @@
-"""The equations of one pose: where bodies, ends and vectors are, what is lacking, and the Jacobian of that."""
+"""The equations of one pose: where bodies, ends and vectors are, what is lacking, and the Jacobian
+of that.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,11 @@ import numpy as np
 from ...native import equations
 from ...native.compiling import compiled
 
-REVOLUTE, PRISMATIC, CYLINDRICAL, FREE = 0, 1, 2, 5
+#: Kinds of joints, numbered as in `tree`.
+REVOLUTE = 0
+PRISMATIC = 1
+CYLINDRICAL = 2
+FREE = 5
 UNKNOWN, TRAVEL, LENGTH, ANGLE, SUM = range(5)
 
 
@@ -287,7 +293,9 @@ def paired(plan, w):
 
 @compiled
 def evaluate(plan, geometry, g, y, w, jacobian):
-    """Find what the conditions lack and the values of the scalars in one state; with their Jacobian, if asked for."""
+    """Find what the conditions lack and the values of the scalars in one state; with their
+    Jacobian, if asked for.
+    """
     placed(plan, geometry.points[g], geometry.directions[g], y, w)
     attached(plan, geometry.points[g], geometry.directions[g], w)
     row = closed(plan, geometry, g, w)

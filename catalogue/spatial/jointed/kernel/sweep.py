@@ -19,12 +19,13 @@ VERSION = version(__file__)
 
 
 class Sweep(NamedTuple):
-    """What is asked of a batch, and what is answered.
+    """Requests and answers of a batch.
 
     Attributes
     ----------
     start : Nodes
-        Of each, the pose from which it sets out; its tangent the direction in which the drive grows.
+        Of each, the pose from which it sets out; its tangent the direction in which the drive
+        grows.
     orientation : ndarray, shape (n,)
         Sign of the Jacobian bordered by that tangent.
     target : ndarray, shape (n, 2)
@@ -32,7 +33,8 @@ class Sweep(NamedTuple):
     goal : ndarray, shape (s,)
         Values of the drive.
     states, found : ndarray, shape (n, s, numbers), (n, s)
-        At the goals, and whether there is a pose: -1 where a matrix was singular, 0 where there is none.
+        At the goals, and whether there is a pose: -1 where a matrix was singular, 0 where there is
+        none.
     end, why : ndarray, shape (n, 2)
         Where the drive came to, and why no farther.
     """
@@ -61,7 +63,7 @@ def evaluated(plan, geometry, w, y, value, jacobian, version=VERSION):  # noqa: 
 
 @kept
 def rated(plan, geometry, w, held, y, rotation, shift, basis, twist, version=VERSION):  # noqa: ARG001  # part of its types
-    """Find where bodies are in many states, and per unit of each freedom the rates of unknowns and the twists."""
+    """Compute poses, rates of unknowns and twists per freedom in many states."""
     m, free = plan.moves.shape[1], len(plan.keep) - held.shape[1]
     for i in range(len(y)):
         g = 0 if len(geometry.points) == 1 else i
@@ -87,7 +89,7 @@ def rated(plan, geometry, w, held, y, rotation, shift, basis, twist, version=VER
 
 @compiled
 def carried(plan, w, twist, i, k):
-    """Write twists `twist[i, k]` of all bodies, velocity of the centre first, at rates `w.along`."""
+    """Write twists `twist[i, k]` of all bodies, velocity first, at rates `w.along`."""
     for j in range(len(plan.joints)):
         joint_kind, b, on, u = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 3]
         if joint_kind == FREE:
@@ -112,7 +114,9 @@ def carried(plan, w, twist, i, k):
 
 @kept
 def solved(plan, geometry, w, held, y, target, found, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
-    """Correct states, in place, so that the drive has given values; `found` as `corrected` returns it."""
+    """Correct states, in place, so that the drive has given values; `found` as `corrected` returns
+    it.
+    """
     for i in range(len(y)):
         g = 0 if len(geometry.points) == 1 else i
         found[i] = corrected(plan, geometry, g, held[i], y[i], target[i], w, accuracy)
@@ -120,7 +124,9 @@ def solved(plan, geometry, w, held, y, target, found, accuracy, version=VERSION)
 
 @kept
 def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing, version=VERSION):  # noqa: ARG001  # part of its types
-    """Try a step of many curves: nodes (n, 3) of each are the one before, the last, and room for the next."""
+    """Try a step of many curves: nodes (n, 3) of each are the one before, the last, and room for
+    the next.
+    """
     for i in range(len(h)):
         g = 0 if len(geometry.points) == 1 else i
         own = Nodes(nodes.s[i], nodes.y[i], nodes.rate[i], nodes.drive[i], nodes.slope[i], nodes.tangent[i])
@@ -159,7 +165,7 @@ def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSI
 
 @compiled
 def set_out(start, g, sign, nodes, limits):
-    """Write the pose from which a curve sets out as node 1, and one straight behind it as node 0."""
+    """Write the first pose of a curve as node 1, a straight predecessor as node 0."""
     nodes.s[0], nodes.s[1] = -limits.first, 0.0
     nodes.drive[1], nodes.slope[1] = start.drive[g], sign * start.slope[g]
     for j in range(nodes.tangent.shape[1]):
