@@ -161,6 +161,40 @@ class Catalogue:
         )
         return find(self, asked, starts)
 
+    def improving(self, request: Request, starts: Iterable[Candidate] = ()) -> Iterator[Found]:
+        """Yield better and better answers to a request while the search goes on.
+
+        The first come after about a third of the time of `find`, the last are those of `find`.
+        Stop whenever they are good enough.
+
+        Parameters
+        ----------
+        request : Request
+        starts : iterable of Candidate
+            Further starts, as of `find`.
+
+        Yields
+        ------
+        Found
+            All answers so far, best first, verified; none only if `find` has none.
+
+        Raises
+        ------
+        InvalidRequest
+            The request names what the database does not have.
+
+        Examples
+        --------
+        >>> import catalogue
+        >>> request = catalogue.Request(catalogue.StraightLine(150, 0.05), max_size=250, limit=1)
+        >>> scores = [found[0].score for found in cat.improving(request)]
+        >>> scores[0] <= scores[-1] == cat.find(request)[0].score
+        True
+        """
+        from .find.find import improving
+
+        return improving(self, request, tuple(starts))
+
     def find_many(self, requests: Iterable[Request]) -> list[Found]:
         """Answer several requests, each from the answers to tighter ones among them.
 

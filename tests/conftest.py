@@ -236,11 +236,11 @@ def searched_once(answers: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) 
         vars(report).update(told)
         return found
 
-    def searched(database: Any, problem: Any, report: SearchReport, **options: Any) -> Any:
-        if options.pop("given", None) is not None:
+    def searched(database: Any, problem: Any, report: SearchReport, options: find.SearchOptions) -> Any:
+        if options.given is not None:
             raise AssertionError("a search with starts is not that of its problem alone")
-        question = ("searched", database.path, problem, sorted(options.items()))
-        return reported(question, report, lambda: plain(database, problem, report, **options, given=None))
+        question = ("searched", database.path, problem, options)
+        return reported(question, report, lambda: plain(database, problem, report, options))
 
     def given(series: Any, problem: Any, report: SearchReport) -> Any:
         return reported(("given", sorted(series), problem), report, lambda: prescribed(series, problem, report))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -42,45 +42,86 @@ class Selection:
     certificate: Certificate | None = None
 
 
+class SearchOptions(NamedTuple):
+    """How a problem is searched for."""
+
+    refine: bool = True  #: refine candidates; otherwise only retrieve them
+    cognates: bool = False  #: add the cognates of all candidates
+    #: round lengths to multiples of this, and keep candidates that still meet the constraints
+    #: [strokes]
+    round_to: float | None = None
+    given: CandidateBatch | None = None  #: further starts
+    #: whether these are answers to a tighter problem: the search ends early where they are good
+    #: enough
+    warm: bool = False
+
+
 def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
     With `warm` the starts are answers to a tighter request, and the search ends with answers as
-    good as these.  Plugins are loaded only for prescribed pivots, or when the drift of a candidate
-    is read.
+    good as these.
     """
-    database, constraints, problem = catalogue.database, request.constraints, request.problem
-    refine, cognates = request.refine, request.cognates
+    report, options = SearchReport(), _options(catalogue, request, starts, warm)
+    if request.constraints.given:
+        return _with_given_pivots(catalogue, request, report)
+    return _told(catalogue, request, report, searched(catalogue.database, request.problem, report, options))
+
+
+def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()) -> Iterator[Found]:
+    """Yield better and better answers to a request; see `catalogue.Catalogue.improving`."""
+    report, options = SearchReport(), _options(catalogue, request, starts)
+    if request.constraints.given:
+        yield _with_given_pivots(catalogue, request, report)
+        return
+    chosen = None
+    for found in _phases(catalogue.database, request.problem, report, options):
+        chosen = None if found is None else selected(request.problem, found, report, options)
+        if chosen is not None:
+            yield _told(catalogue, request, report, chosen)
+    if chosen is None:
+        yield find(catalogue, request, starts)
+
+
+def _options(catalogue: Catalogue, request: Request, starts: Iterable[Any], warm: bool = False) -> SearchOptions:
+    """Check a request, and return how to search for it."""
+    problem, constraints = request.problem, request.constraints
     step = None if request.round_to is None else request.round_to / problem.stroke
     if problem.is_wide:
-        _check_wide(constraints, cognates=cognates, round_to=step)
-    report, given = SearchReport(), None
+        _check_wide(constraints, cognates=request.cognates, round_to=step)
+    if constraints.given and (request.cognates or step is not None):
+        raise InvalidRequest("cognates and round_to move the pivots: they cannot be asked for where pivots are given")
+    if not constraints.given and (constraints.families or constraints.series or constraints.configurations):
+        check_names(catalogue.database, constraints)
+    given = None
     if not isinstance(starts, tuple) or starts:
         from .starts import start_batch
 
         given = start_batch(problem, starts)
-    if constraints.given:
-        if cognates or step is not None:
-            raise InvalidRequest(
-                "cognates and round_to move the pivots: they cannot be asked for where pivots are given"
-            )
-        from .prescribed_pivots import with_prescribed_pivots
+    return SearchOptions(request.refine, request.cognates, step, given, warm)
 
-        chosen = with_prescribed_pivots(catalogue.registry.series, problem, report)
+
+def _with_given_pivots(catalogue: Catalogue, request: Request, report: SearchReport) -> Found:
+    """Answer a request that prescribes pivots."""
+    from .prescribed_pivots import with_prescribed_pivots
+
+    return _told(catalogue, request, report, with_prescribed_pivots(catalogue.registry.series, request.problem, report))
+
+
+def _told(catalogue: Catalogue, request: Request, report: SearchReport, chosen: Selection | None) -> Found:
+    """Return a selection as answers, in the unit of the user.
+
+    Plugins are loaded only when the drift of a candidate is read.
+    """
+    problem, constraints, listed = request.problem, request.constraints, []
+    if chosen is not None:
         drifts = None
-    else:
-        if constraints.families or constraints.series or constraints.configurations:
-            check_names(database, constraints)
-        chosen = searched(
-            database, problem, report, refine=refine, cognates=cognates, round_to=step, given=given, warm=warm
-        )
-        drifts = (
-            Drifts(chosen.found, lambda: catalogue.registry.series, constraints.slots)
-            if chosen is not None and refine
-            else None
-        )
-    listed = [] if chosen is None else candidates(problem, request.path, chosen, drifts)
-    told = Explanation(database, problem, request.path, report, len(listed), lambda: catalogue.registry.series)
+        if request.refine and not constraints.given:
+            drifts = Drifts(chosen.found, lambda: catalogue.registry.series, constraints.slots)
+        listed = candidates(problem, request.path, chosen, drifts)
+    told = Explanation(
+        catalogue.database, problem, request.path, report, len(listed), lambda: catalogue.registry.series
+    )
     return Found(listed, told, request)
 
 
@@ -95,77 +136,70 @@ def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | N
 
 
 def searched(
-    database: Database,
-    problem: Problem,
-    report: SearchReport,
-    *,
-    refine: bool,
-    cognates: bool,
-    round_to: float | None,
-    given: CandidateBatch | None,
-    warm: bool = False,
+    database: Database, problem: Problem, report: SearchReport, options: SearchOptions
 ) -> Selection | None:
     """Search, refine and select candidates, verified on their finite motion; None if there is none.
 
-    Parameters
-    ----------
-    database : Database
-    problem : Problem
-    report : SearchReport
-        Filled with counts and times.
-    refine : bool
-        Refine candidates; otherwise only retrieve them.
-    cognates : bool
-        Add the cognates of all candidates.
-    round_to : float, optional
-        Round lengths to multiples of this, and keep candidates that still meet the constraints
-        [length].
-    given : CandidateBatch, optional
-        Further starts.
-    warm : bool
-        Whether the further starts are answers to a tighter problem: the search ends early then
-        where they are good enough.
+    The report is filled with counts and times.
     """
+    found = None
+    for found in _phases(database, problem, report, options):  # noqa: B007  # the last one counts
+        pass
+    chosen = None if found is None else selected(problem, found, report, options)
+    if found is None or chosen is not None or problem.effort:
+        return chosen
+    return searched(database, replace(problem, effort=1), report, options)
+
+
+def _phases(
+    database: Database, problem: Problem, report: SearchReport, options: SearchOptions
+) -> Iterator[CandidateBatch | None]:
+    """Search, and yield after each phase all that was found; None while that is nothing."""
     within, mirrors = problem.tightened(), problem.mirrors
     sought = within.mirrored(*mirrors) if any(mirrors) else within
-    starts = mirror_image(sought, given, *mirrors) if given is not None and any(mirrors) else given
-    every = []
+    starts = options.given
+    if starts is not None and any(mirrors):
+        starts = mirror_image(sought, starts, *mirrors)
+    every: list[Search] = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
-        search = Search(
-            replace(sought, ranking=ranking), database, report, refines=refine, given=starts, warm=warm
-        ).run()
-        every.append(search)
-        for _ in range(1, problem.effort):
-            every.append(every[-1].again().run())
-    parts = [search.found for search in every if search.found is not None]
-    if not parts:
-        return None
-    found = join(*parts)
-    if any(mirrors):
-        found = mirror_image(within, found, *mirrors)
-    report.nearest = found
-    if cognates:
+        this = replace(sought, ranking=ranking)
+        search = Search(this, database, report, refines=options.refine, given=starts, warm=options.warm)
+        for number in range(max(problem.effort, 1)):
+            search = search.again() if number else search
+            every.append(search)
+            while search.status == "searching":
+                search.step()
+                parts = [one.found for one in every if one.found is not None]
+                found = join(*parts) if parts else None
+                if found is not None and any(mirrors):
+                    found = mirror_image(within, found, *mirrors)
+                report.nearest = found
+                yield found
+
+
+def selected(
+    problem: Problem, found: CandidateBatch, report: SearchReport, options: SearchOptions
+) -> Selection | None:
+    """Select among candidates those that meet all constraints, verified on their finite motion."""
+    refine, step = options.refine, options.round_to
+    if options.cognates:
         from .postprocess import with_cognates
 
-        found = with_cognates(within, found, refine=refine)
-    if round_to is not None:
+        found = with_cognates(problem.tightened(), found, refine=refine)
+    if step is not None:
         from .postprocess import with_round_lengths
 
         with report.timed("round lengths"):
-            found = with_round_lengths(problem, found, round_to)
+            found = with_round_lengths(problem, found, step)
     found = found[np.flatnonzero(feasibility(problem, found).all)]
     if not len(found):
         return None
     with report.timed("verify"):
-        found = final(problem, found, rigid=round_to is not None)
+        found = final(problem, found, rigid=step is not None)
         found = found[np.flatnonzero(feasibility(problem, found).all)]
-    if not len(found):
-        if problem.effort:
+        if not len(found):
             return None
-        how: dict[str, Any] = {"cognates": cognates, "round_to": round_to, "given": given, "warm": warm}
-        return searched(database, replace(problem, effort=1), report, refine=refine, **how)
-    with report.timed("verify"):
         found, front = select_top(problem, found)
-        certificate = certified(problem, found) if refine and round_to is None else None
+        certificate = certified(problem, found) if refine and step is None else None
     return Selection(found, front, certificate)

@@ -11,7 +11,7 @@ again.  There u is counted negative before the reference position.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -49,6 +49,30 @@ class CurveOptions(NamedTuple):
 
 CURVE = CurveOptions()
 
+#: Places of the table, as parts of the angle to the end of the chart.  They crowd there, because
+#: the path runs into a turning point like a square root.
+SHARES = np.sin(0.5 * np.pi * np.arange(CURVE.steps + 1) / CURVE.steps)[:, None]
+
+
+@dataclass(frozen=True)
+class Table(Columns):
+    """Displacements of points over the part of their paths on which they rise.
+
+    Attributes
+    ----------
+    t, u : ndarray, shape (2 steps + 1, n)
+        Parameters and displacements along the tangent [length]; u is infinite outside that part.
+    """
+
+    t: Array
+    u: Array
+
+    @property
+    def extent(self) -> Array:
+        """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
+        u = np.where(np.isfinite(self.u), self.u, 0)
+        return np.stack([-u.min(0), u.max(0)])
+
 
 @dataclass(frozen=True)
 class CouplerCurve(Columns):
@@ -61,10 +85,8 @@ class CouplerCurve(Columns):
     tangent : complex ndarray, shape (n,)
         Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it
         and increases with the parameter.
-    t, u : ndarray, shape (2 steps + 1, n)
-        Table over the part of the path on which u increases; infinite outside it.
-    limit : ndarray of str, shape (2, n)
-        What ends it below and above: ``path turns`` or ``linkage turns``.
+    still : ndarray of bool, shape (n,)
+        Whether the path has no tangent.
     cusp : ndarray of bool, shape (n,)
         Whether the point is at rest in the reference position.
     """
@@ -72,9 +94,7 @@ class CouplerCurve(Columns):
     motion: Motion
     point: Complexes
     tangent: Array
-    t: Array
-    u: Array
-    limit: Array
+    still: Mask
     cusp: Mask
     pole: Complexes | None = None
 
@@ -84,6 +104,13 @@ class CouplerCurve(Columns):
 
     def __len__(self) -> int:
         return len(self.point)
+
+    def __getitem__(self, index: Any) -> CouplerCurve:
+        some = super().__getitem__(index)
+        for name in ("_table", "table"):  # which are dear
+            if name in self.__dict__:
+                some.__dict__[name] = self.__dict__[name][index]
+        return some
 
     @cached_property
     def path(self) -> Path:
@@ -95,11 +122,33 @@ class CouplerCurve(Columns):
         """Re x and Im x of the pose, x = exp(i theta) - 1: factors of a shift of the point."""
         return self.motion.turn()
 
+    @cached_property
+    def _table(self) -> Table:
+        """Table that ends up to a step before the turning points of the path."""
+        moving, cusp = self.motion, self.cusp
+        with np.errstate(all="ignore"):
+            angle = np.arctan(np.clip(moving.interval, -CURVE.farthest, CURVE.farthest))
+            t = np.tan(np.concatenate([angle[:1] * SHARES[:0:-1], angle[1:] * SHARES]))
+            u, _ = self.path(t)
+            u[: CURVE.steps] *= np.where(cusp, -1, 1)
+            u[CURVE.steps] = 0.0
+            rising = np.diff(u, axis=0) > 0
+            near = np.abs(u) <= CURVE.far * moving.linkage.size
+        up = np.logical_and.accumulate(rising[CURVE.steps :] & near[CURVE.steps + 1 :], axis=0)
+        down = np.logical_and.accumulate((rising[: CURVE.steps] & near[: CURVE.steps])[::-1], axis=0)[::-1]
+        inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~self.still & (moving.conditioning > CURVE.singular)
+        outside = np.concatenate([np.full(CURVE.steps, -np.inf), [0.0], np.full(CURVE.steps, np.inf)])[:, None]
+        return Table(t, np.where(inside, u, outside))
+
+    @cached_property
+    def table(self) -> Table:
+        """Table to the turning points of the path."""
+        return _to_turnings(self, self._table)
+
     @property
     def extent(self) -> Array:
         """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
-        u = np.where(np.isfinite(self.u), self.u, 0)
-        return np.stack([-u.min(0), u.max(0)])
+        return self.table.extent
 
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Solve for the parameters where u is `low` and `high`, (n,) each; NaN beyond the extent.
@@ -107,31 +156,28 @@ class CouplerCurve(Columns):
         Bracketed in the table, then solved to `CURVE.tolerance` of the extent: in few steps, in
         more where the path turns nearby.
         """
-        t, near = self._solved(np.stack([low, high]), CURVE.few)
+        wanted = np.stack([low, high])
+        t, near = self._solved(self._table, wanted, CURVE.few)
         far = np.flatnonzero(~near)
         if len(far):
-            t[:, far] = self[far]._solved(np.stack([low[far], high[far]]), CURVE.many)[0]
+            some = self[far]
+            t[:, far] = some._solved(some.table, wanted[:, far], CURVE.many)[0]
         return t[0], t[1]
 
-    def _solved(self, wanted: Array, steps: int) -> tuple[Array, Mask]:
-        """Solve for the parameters (2, n) of values u (2, n); tell which converged."""
-        k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
-        t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
-        extent = self.extent
+    def _solved(self, table: Table, wanted: Array, steps: int) -> tuple[Array, Mask]:
+        """Solve for the parameters (2, n) of values u (2, n) in a table; tell which converged."""
+        k = np.clip((table.u[:, None] < wanted).sum(0), 1, len(table.u) - 1)
+        t0, t1 = (np.take_along_axis(table.t, k + j, 0) for j in (-1, 0))
+        extent = table.extent
+        close = CURVE.tolerance * extent.sum(0)
         with np.errstate(all="ignore"):
             outside = (wanted < -extent[0] * (1 + CURVE.rounding)) | (wanted > extent[1] * (1 + CURVE.rounding))
-            f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
+            f0, f1 = (np.take_along_axis(table.u, k + j, 0) - wanted for j in (-1, 0))
             t, off = false_position(
-                lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
-                t0,
-                t1,
-                f0,
-                f1,
-                CURVE.tolerance * extent.sum(0),
-                steps,
+                lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted, t0, t1, f0, f1, close, steps
             )
-        near = outside | ~(np.abs(off) > CURVE.tolerance * extent.sum(0))
-        return np.where(outside | ~np.isfinite(t), np.nan, t), np.asarray(near.all(0))
+        found = ~outside & np.isfinite(t)
+        return np.where(found, t, np.nan), np.asarray((found & ~(np.abs(off) > close)).all(0))
 
 
 def false_position(
@@ -184,16 +230,16 @@ def coupler_curve(
         each = np.tile(np.arange(n), len(CHARTS))
         poles = None if pole is None else np.asarray(pole)[each]
         every = _in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
-        conditioning, extent = every.motion.conditioning, every.extent.min(0)
+        conditioning, extent = every.motion.conditioning, every._table.extent.min(0)
         score = extent * np.sqrt(np.minimum(conditioning, 1)) * np.where(extent >= least, CURVE.first, 1.0)
         score = np.where(conditioning > CURVE.singular, score, -1.0).reshape(len(CHARTS), n)
         chosen = np.zeros(n, dtype=int)
         for i in range(1, len(CHARTS)):
             chosen = np.where(score[i] > score[:i].max(0) * (1 + CURVE.rounding), i, chosen)
         if dtype is float:
-            return _to_turnings(every[chosen * n + np.arange(n)])
+            return every[chosen * n + np.arange(n)]
         chart = np.array(CHARTS)[chosen]
-    return _to_turnings(_in_charts(linkage, point, chart, dtype, pole))
+    return _in_charts(linkage, point, chart, dtype, pole)
 
 
 def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, pole: Complexes | None) -> CouplerCurve:
@@ -209,31 +255,16 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, 
             speed = np.abs(velocity)
         still = ~(speed > CURVE.at_rest * moving.linkage.size)
         tangent = np.where(still, 1.0, velocity / speed)
-        angle = np.arctan(np.clip(moving.interval, -CURVE.farthest, CURVE.farthest))
-        # nodes crowd where the chart ends, because the path runs into a turning point like a square
-        # root
-        share = np.sin(0.5 * np.pi * np.arange(CURVE.steps + 1) / CURVE.steps)[:, None]
-        t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
-        u, _ = moving.point(point, tangent)(t)
-        u[: CURVE.steps] *= np.where(cusp, -1, 1)
-        u[CURVE.steps] = 0.0
-        rising = np.diff(u, axis=0) > 0
-        near = np.abs(u) <= CURVE.far * moving.linkage.size
-    up = np.logical_and.accumulate(rising[CURVE.steps :] & near[CURVE.steps + 1 :], axis=0)
-    down = np.logical_and.accumulate((rising[: CURVE.steps] & near[: CURVE.steps])[::-1], axis=0)[::-1]
-    inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > CURVE.singular)
-    limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
-    outside = np.concatenate([np.full(CURVE.steps, -np.inf), [0.0], np.full(CURVE.steps, np.inf)])[:, None]
-    return CouplerCurve(moving, point, tangent, t, np.where(inside, u, outside), limit, cusp, pole)
+    return CouplerCurve(moving, point, tangent, still, cusp, pole)
 
 
-def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
-    """Extend the tables to the places where paths turn.
+def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
+    """Extend a table to the places where paths turn.
 
     A path turns between the neighbours of the last place inside, up to a step of the table beyond
     it.
     """
-    t, u = guides.t.copy(), guides.u.copy()
+    t, u = table.t.copy(), table.u.copy()
     for side in (-1, 1):
         inside = np.isfinite(u[CURVE.steps :] if side > 0 else u[CURVE.steps :: -1]).sum(0) - 1
         k = np.flatnonzero((inside > 0) & (inside < CURVE.steps))
@@ -246,7 +277,7 @@ def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
         tip, top = _summit(guides.path[k], sign, side, at, height)
         place = CURVE.steps + side * (inside[k] + (side * tip > side * at[1]))
         t[place, k], u[place, k] = tip, side * top
-    return replace(guides, t=t, u=u)
+    return Table(t, u)
 
 
 def _summit(path: Path, sign: Integers, side: int, at: Array, height: Array) -> tuple[Array, Array]:

@@ -43,16 +43,16 @@ class Budget:
     raced: int = 150  #: starts of a race
     rounds: int = 15  #: rounds of a race
     dense: int = 4  #: more rounds at twice as many stations
-    leaders: int = 20  #: leaders of a race that are refined
+    leaders: int = 16  #: leaders of a race that are refined
     tried: int = 40  #: starts of each kind refined without a race, and of all in a second round
-    kept: int = 24  #: starts refined to the end after the second round
-    farther: int = 6  #: rounds of refinement after the second
+    kept: int = 16  #: starts refined to the end after the second round
+    farther: int = 4  #: rounds of refinement after the second
     broad: int = 3  #: broad phases after the first, where there are too few answers
     hops: int = 10  #: phases of perturbed copies
-    hopped: int = 40  #: perturbed copies of a phase
-    landed: int = 12  #: leaders of a race of perturbed copies
+    hopped: int = 80  #: perturbed copies of a phase
+    hop_rounds: int = 5  #: rounds of a race of perturbed copies, which begin near the constraints
+    landed: int = 16  #: leaders of a race of perturbed copies
     rare: int = 40  #: starts of a family that are too few for a race
-    in_vain: int = 2  #: phases of perturbed copies in a row without a gain, which end the search
     known: int = 4  #: answers to a tighter problem that are refined
     beside: int = 10  #: stored starts beside answers to a tighter problem
     known_followed: int = 8  #: starts beside a tighter problem refined to the end
@@ -171,7 +171,7 @@ class Search:
             starts = self._gathered(self.starts.broad, number, each, self.found)
             if not (self.refines or self.report.eligible):
                 break
-            self._race(starts, self.budget.raced, self.budget.leaders)
+            self._race(starts, self.budget.raced, self.budget.leaders, self.budget.rounds)
             if self.refines and not self._feasible and not self._by_deviation:
                 self._lead_in()
                 break
@@ -196,15 +196,13 @@ class Search:
 
     def _hops(self) -> Iterator[str]:
         """Refine perturbed copies of the best answer until none is better."""
-        in_vain = 0
         for _ in range(self.budget.hops):
             before = self._least
             starts = self._gathered(self.starts.perturbed, self.found, self.budget.hopped)
             if starts is None:
                 return
-            self._race(starts, self.budget.hopped, self.budget.landed)
-            in_vain = 0 if self._gained(before) else in_vain + 1
-            yield "no gain" if in_vain == self.budget.in_vain else ""
+            self._race(starts, self.budget.hopped, self.budget.landed, self.budget.hop_rounds)
+            yield "" if self._gained(before) else "no gain"
 
     def _gathered(self, gather: Callable[..., CandidateBatch | None], *how: Any) -> CandidateBatch | None:
         """Return the starts that a function gathers; None if there are none."""
@@ -212,7 +210,7 @@ class Search:
             starts = gather(*how)
         return starts if starts is not None and len(starts) else None
 
-    def _race(self, starts: CandidateBatch | None, count: int, leaders: int) -> None:
+    def _race(self, starts: CandidateBatch | None, count: int, leaders: int, rounds: int) -> None:
         """Race at most `count` starts and refine the leaders; refine all where no race is run."""
         wanted = max(leaders, self.problem.limit)
         starts = self._without_exact(starts)
@@ -224,17 +222,17 @@ class Search:
         finalists = starts[np.flatnonzero(rare)]
         if len(racing):
             with self.report.timed("race"):
-                finalists = join(finalists, self._leaders(self.starts.best(racing, count), wanted))
+                finalists = join(finalists, self._leaders(self.starts.best(racing, count), wanted, rounds))
         self._take(finalists, wanted // 2)
 
-    def _leaders(self, starts: CandidateBatch, wanted: int) -> CandidateBatch:
+    def _leaders(self, starts: CandidateBatch, wanted: int, rounds: int) -> CandidateBatch:
         """Race starts with successive cuts, return the leaders measured on their finite motion."""
         from ..refine.race import Race  # a brief search runs none
 
         race = Race.of(self.problem, starts)
-        for number in range(self.budget.rounds):
+        for number in range(rounds):
             race.round()
-            if number + 1 in [round(cut * self.budget.rounds) for cut in CUTS]:
+            if number + 1 in [round(cut * rounds) for cut in CUTS]:
                 race = race.leaders(max(int(CUT * len(race)), wanted))
         race = race.denser()
         race.take_rounds(self.budget.dense)
