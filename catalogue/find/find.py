@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, final, mirror_image
-from ..candidates.feasibility import feasibility
+from ..candidates.feasibility import cost, feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
 from ..kinematics.batch import join
@@ -74,13 +74,16 @@ def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()
     if request.constraints.given:
         yield _with_given_pivots(catalogue, request, report)
         return
-    chosen = None
-    for found in _phases(catalogue.database, request.problem, report, options):
-        chosen = None if found is None else selected(request.problem, found, report, options)
-        if chosen is not None:
-            yield _told(catalogue, request, report, chosen)
-    if chosen is None:
-        yield find(catalogue, request, starts)
+    problem, every, seen, best = request.problem, list[Search](), set[tuple[int, float]](), np.inf
+    for every in _searches(catalogue.database, problem, report, options):
+        now = {(number, search.least) for number, search in enumerate(every) if np.isfinite(search.least)}
+        if not now <= seen and (chosen := selected(problem, every, report, options)) is not None:
+            value = float(cost(problem, chosen.found)[0])
+            if problem.ranking.front or value <= best:  # measured in full, what seemed better may not be
+                best = value
+                yield _told(catalogue, request, report, chosen)
+        seen |= now
+    yield _told(catalogue, request, report, _last(catalogue.database, problem, every, report, options))
 
 
 def _options(catalogue: Catalogue, request: Request, starts: Iterable[Any], warm: bool = False) -> SearchOptions:
@@ -135,26 +138,29 @@ def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | N
         )
 
 
-def searched(
-    database: Database, problem: Problem, report: SearchReport, options: SearchOptions
-) -> Selection | None:
+def searched(database: Database, problem: Problem, report: SearchReport, options: SearchOptions) -> Selection | None:
     """Search, refine and select candidates, verified on their finite motion; None if there is none.
 
     The report is filled with counts and times.
     """
-    found = None
-    for found in _phases(database, problem, report, options):  # noqa: B007  # the last one counts
-        pass
-    chosen = None if found is None else selected(problem, found, report, options)
-    if found is None or chosen is not None or problem.effort:
+    *_, every = _searches(database, problem, report, options)
+    return _last(database, problem, every, report, options)
+
+
+def _last(
+    database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
+) -> Selection | None:
+    """Select from all searches; with no effort that may fail, and the problem is searched with some."""
+    chosen = selected(problem, every, report, options)
+    if chosen is not None or problem.effort or report.nearest is None:
         return chosen
     return searched(database, replace(problem, effort=1), report, options)
 
 
-def _phases(
+def _searches(
     database: Database, problem: Problem, report: SearchReport, options: SearchOptions
-) -> Iterator[CandidateBatch | None]:
-    """Search, and yield after each phase all that was found; None while that is nothing."""
+) -> Iterator[list[Search]]:
+    """Search round by round; yield after each the searches begun so far."""
     within, mirrors = problem.tightened(), problem.mirrors
     sought = within.mirrored(*mirrors) if any(mirrors) else within
     starts = options.given
@@ -170,18 +176,20 @@ def _phases(
             every.append(search)
             while search.status == "searching":
                 search.step()
-                parts = [one.found for one in every if one.found is not None]
-                found = join(*parts) if parts else None
-                if found is not None and any(mirrors):
-                    found = mirror_image(within, found, *mirrors)
-                report.nearest = found
-                yield found
+                yield every
 
 
 def selected(
-    problem: Problem, found: CandidateBatch, report: SearchReport, options: SearchOptions
+    problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
-    """Select among candidates those that meet all constraints, verified on their finite motion."""
+    """Select from searches the feasible candidates, verified on their finite motion."""
+    parts = [part for search in every if (part := search.so_far) is not None]
+    if not parts:
+        return None
+    found, mirrors = join(*parts), problem.mirrors
+    if any(mirrors):
+        found = mirror_image(problem.tightened(), found, *mirrors)
+    report.nearest = found
     refine, step = options.refine, options.round_to
     if options.cognates:
         from .postprocess import with_cognates

@@ -121,13 +121,15 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Select some linkages, with the constraints of their families."""
-        with np.errstate(all="ignore"):
-            here, best = (Linear.of(self.problem, every.machine[index]) for every in (self.here, self.best))
-        none = np.zeros((len(index), here.bounded))
+        """Select some linkages; their multipliers begin anew, as answers are better so."""
+        family = self.here.machine.linkage.family
+        here, best = self.here[index], self.best[index]
+        if len(set(family[index])) < len(set(family)):  # with the constraints of the families that are left
+            with np.errstate(all="ignore"):
+                here, best = (Linear.of(self.problem, every.machine) for every in (here, best))
         names = ("inside", "start", "radius", "damping")
         kept = {name: getattr(self, name)[index] for name in names}
-        return replace(self, here=here, best=best, multipliers=none, **kept)
+        return replace(self, here=here, best=best, multipliers=np.zeros((len(index), here.bounded)), **kept)
 
     def take_rounds(self, count: int) -> None:
         """Take a given number of rounds."""

@@ -106,6 +106,7 @@ class Search:
     warm: bool = False  #: whether the starts from elsewhere are answers to a tighter problem
     budget: Budget = BUDGET
     found: CandidateBatch | None = None
+    refining: Refinement | None = None  #: in progress
     cost: Floats = field(default_factory=lambda: np.zeros(0))  #: infinite outside the constraints
     #: `searching`, then `found`, `good enough`, `no gain`, or `exhausted` without an answer
     status: str = "searching"
@@ -138,8 +139,8 @@ class Search:
 
     def again(self) -> Search:
         """Return a new search of this problem, from other starts."""
-        fresh: dict[str, Any] = {"found": None, "warm": False, "cost": np.zeros(0), "status": "searching"}
-        another = replace(self, problem=self._asked, given=None, effort=self.effort + 1, **fresh)
+        fresh: dict[str, Any] = {"found": None, "refining": None, "cost": np.zeros(0), "status": "searching"}
+        another = replace(self, problem=self._asked, given=None, warm=False, effort=self.effort + 1, **fresh)
         another.starts.taken = self.starts.taken
         return another
 
@@ -149,20 +150,21 @@ class Search:
         None if there are none.
         """
         starts = self.starts.likely(candidate, LIKELY)
-        self._take(candidate if starts is None else join(candidate, starts), LIKELY)
+        for _ in self._take(candidate if starts is None else join(candidate, starts), LIKELY):
+            pass
         if self.found is None or not self._feasible:
             return None
         return self.found[np.flatnonzero(np.isfinite(self.cost))]
 
     # -- phases ----------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
-        """Take the phases one by one; yield why the search ends after each, or nothing."""
+        """Take the phases one by one; yield after each round why the search ends, or nothing."""
         if (known := self._meeting(self.starts.given)) is not None:
             self._add(known, cost(self.problem, known))
             if self.warm and self.refines:
-                yield self._from_known(known)
+                yield from self._from_known(known)
         if self.effort == 1 and self._may_be_short:
-            self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
+            yield from self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
             yield self._enough_already
         each = self.budget.per_kind if self._races else self.budget.tried
         if not self.refines:
@@ -171,9 +173,9 @@ class Search:
             starts = self._gathered(self.starts.broad, number, each, self.found)
             if not (self.refines or self.report.eligible):
                 break
-            self._race(starts, self.budget.raced, self.budget.leaders, self.budget.rounds)
+            yield from self._race(starts, self.budget.raced, self.budget.leaders, self.budget.rounds)
             if self.refines and not self._feasible and not self._by_deviation:
-                self._lead_in()
+                yield from self._lead_in()
                 break
             if self._worth_something.sum() >= self.enough or (self._feasible and not self.problem.effort):
                 break
@@ -181,7 +183,7 @@ class Search:
         yield self._enough_for_all
         yield from self._hops()
 
-    def _from_known(self, known: CandidateBatch) -> str:
+    def _from_known(self, known: CandidateBatch) -> Iterator[str]:
         """Refine the best answers to a tighter problem, and a few stored starts.
 
         A full list ends the search, after hops from its best where that is beyond the gap: broad
@@ -189,10 +191,11 @@ class Search:
         """
         best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
         beside = self._gathered(self.starts.short, self.budget.beside)
-        self._take(best if beside is None else join(best, beside), self.budget.known_followed)
-        if self._worth_something.sum() < self.problem.limit:
-            return ""
-        return self._enough_for_all or next(filter(None, self._hops()), "found")
+        yield from self._take(best if beside is None else join(best, beside), self.budget.known_followed)
+        if self._worth_something.sum() >= self.problem.limit:
+            yield self._enough_for_all
+            yield from self._hops()
+            yield "found"
 
     def _hops(self) -> Iterator[str]:
         """Refine perturbed copies of the best answer until none is better."""
@@ -201,7 +204,7 @@ class Search:
             starts = self._gathered(self.starts.perturbed, self.found, self.budget.hopped)
             if starts is None:
                 return
-            self._race(starts, self.budget.hopped, self.budget.landed, self.budget.hop_rounds)
+            yield from self._race(starts, self.budget.hopped, self.budget.landed, self.budget.hop_rounds)
             yield "" if self._gained(before) else "no gain"
 
     def _gathered(self, gather: Callable[..., CandidateBatch | None], *how: Any) -> CandidateBatch | None:
@@ -210,12 +213,12 @@ class Search:
             starts = gather(*how)
         return starts if starts is not None and len(starts) else None
 
-    def _race(self, starts: CandidateBatch | None, count: int, leaders: int, rounds: int) -> None:
+    def _race(self, starts: CandidateBatch | None, count: int, leaders: int, rounds: int) -> Iterator[str]:
         """Race at most `count` starts and refine the leaders; refine all where no race is run."""
         wanted = max(leaders, self.problem.limit)
         starts = self._without_exact(starts)
         if starts is None or not self._races or len(starts) <= wanted:
-            self._take(starts, max(self.budget.kept, self.problem.limit))
+            yield from self._take(starts, max(self.budget.kept, self.problem.limit))
             return
         rare = self._rare(starts)
         racing = starts[np.flatnonzero(~rare)]
@@ -223,7 +226,7 @@ class Search:
         if len(racing):
             with self.report.timed("race"):
                 finalists = join(finalists, self._leaders(self.starts.best(racing, count), wanted, rounds))
-        self._take(finalists, wanted // 2)
+        yield from self._take(finalists, wanted // 2)
 
     def _leaders(self, starts: CandidateBatch, wanted: int, rounds: int) -> CandidateBatch:
         """Race starts with successive cuts, return the leaders measured on their finite motion."""
@@ -253,7 +256,7 @@ class Search:
         _, family, count = np.unique(starts.linkage.family, return_inverse=True, return_counts=True)
         return np.asarray((count <= self.budget.rare)[family])
 
-    def _take(self, starts: CandidateBatch | None, kept: int) -> None:
+    def _take(self, starts: CandidateBatch | None, kept: int) -> Iterator[str]:
         """Refine starts for two rounds and the best of them farther, or take them as stored."""
         if starts is None or not len(starts):
             return
@@ -261,30 +264,33 @@ class Search:
             met = feasibility(self.problem, starts).all
             self._add(starts, np.where(met, cost(self.problem, starts), np.inf))
             return
-        with self.report.timed("refine"):
-            refinement = Refinement.of(self.problem, starts, hasty=self.effort == 1)
-            for keep in (self.budget.tried, kept):
-                refinement.step(self._followed)
-                order = np.argsort(refinement.merit, kind="stable")
-                self._put_aside(refinement[order[keep:]])
-                self.report.refined += refinement.evaluated
-                refinement = refinement[order[:keep]]
-                if self._one_suffices(refinement):
-                    break
-            self._refine_farther(refinement)
-            self._put_aside(refinement)
-
-    def _refine_farther(self, refinement: Refinement) -> None:
-        """Run further rounds while several candidates, or the best one, still move."""
-        for _ in range(self.budget.farther):
-            left = np.flatnonzero(refinement.active)
-            few = len(left) <= FEW and np.argmin(refinement.merit) not in left
-            if few or self._one_suffices(refinement):
+        self.refining = Refinement.of(self.problem, starts, hasty=self.effort == 1)
+        for keep in (self.budget.tried, kept):
+            yield from self._refined(self._followed)
+            order = np.argsort(self.refining.merit, kind="stable")
+            self._put_aside(self.refining[order[keep:]])
+            self.refining = self.refining[order[:keep]]
+            if self._one_suffices:
                 break
-            refinement.step()
-        self.report.refined += refinement.evaluated
+        for _ in range(self.budget.farther):
+            left = np.flatnonzero(self.refining.active)
+            few = len(left) <= FEW and np.argmin(self.refining.merit) not in left
+            if few or self._one_suffices:
+                break
+            yield from self._refined()
+        self._put_aside(self.refining)
+        self.refining = None
 
-    def _lead_in(self) -> None:
+    def _refined(self, *followed: int) -> Iterator[str]:
+        """Yield what is there already, then run a round."""
+        assert self.refining is not None
+        yield ""
+        before = self.refining.evaluated
+        with self.report.timed("refine"):
+            self.refining.step(*followed)
+        self.report.refined += self.refining.evaluated - before
+
+    def _lead_in(self) -> Iterator[str]:
         """Minimise the deviation under the other constraints until it is small enough, then refine.
 
         A tolerance is thus met wherever a search for the least deviation would meet it.
@@ -294,6 +300,7 @@ class Search:
         least = Search(problem, self.database, self.report, **how)
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
+            yield ""
         found = self._meeting(least.found)
         nearest = least.found if found is None else found
         if nearest is None:
@@ -302,7 +309,7 @@ class Search:
         pivots, mirror = nearest.linkage.pivots, self.problem.curvature == 0
         nearest = nearest[unlike(pivots, away, NEAREST, mirror=mirror)]
         if len(nearest):
-            self._take(nearest, NEAREST)
+            yield from self._take(nearest, NEAREST)
 
     def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the feasible candidates, None if there are none."""
@@ -312,6 +319,18 @@ class Search:
         return found[met] if len(met) else None
 
     # -- what was found --------------------------------------------------------------------
+    @property
+    def so_far(self) -> CandidateBatch | None:
+        """Return the candidates found, with those in refinement."""
+        if self.refining is None:
+            return self.found
+        return self.refining.best if self.found is None else join(self.found, self.refining.best)
+
+    @property
+    def least(self) -> float:
+        """The least cost so far, infinite before there is one."""
+        return min(self._least, np.inf if self.refining is None else float(self.refining.best_cost.min()))
+
     def _put_aside(self, refinement: Refinement) -> None:
         """Add the best points of a refinement to the answers."""
         self._add(refinement.best, refinement.best_cost)
@@ -401,9 +420,10 @@ class Search:
         wanted = min(limit, most * len(series)) if series else limit
         return sum(min(each, most) for each in count.values()) >= wanted
 
-    def _one_suffices(self, refinement: Refinement) -> bool:
+    @property
+    def _one_suffices(self) -> bool:
         """Whether one answer is requested and a feasible one is found."""
-        return self.enough == 1 and bool(np.isfinite(refinement.best_cost).any())
+        return self.enough == 1 and bool(np.isfinite(self.least))
 
     @property
     def _least(self) -> float:

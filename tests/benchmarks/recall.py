@@ -1,6 +1,6 @@
 """How many hard requests are answered, how near to the best known, how fast, and with how many programmes.
 
-    python tests/benchmarks/recall.py DB [--effort 1,4] [--only NAME] [--every N] [--out FILE]
+    python tests/benchmarks/recall.py DB [--effort 1,4] [--only NAME] [--every N] [--out FILE] [--curve]
 
 Each request of `recall_requests.json` has an answer that was found without the catalogue: the linkage of which it was
 made, or a better one of `independent_search`.  The first answer of the catalogue is measured by `independent_figures`,
@@ -35,6 +35,8 @@ WITHIN = 1e-6
 DRAWN_WITHIN = 0.03
 #: An answer is as good as another if it costs no more than this part more; nearly as good.
 AS_GOOD, NEARLY = 0.01, 0.05
+#: Processor times at which answers are compared [s].
+CURVE = (0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0)
 
 
 def asked(entry: dict[str, Any]) -> catalogue.StraightLine | catalogue.CircularArc:
@@ -121,6 +123,30 @@ def results_of(cat: Any, entries: list[dict[str, Any]], effort: int, file: Path 
     return [known[entry["name"]] for entry in entries]
 
 
+# -- while the search goes on ------------------------------------------------------------------------------------------
+def curve(cat: Any, entries: list[dict[str, Any]]) -> None:
+    """Print how many requests are answered after a time, and how near to the best known and to the last answer."""
+    asked_for = []
+    for entry in entries:
+        request = catalogue.Request.of(asked(entry), **entry["constraints"], rank_by=entry["rank_by"], limit=1)
+        seen, spent, start = [], 0.0, time.process_time()
+        for found in cat.improving(request):
+            spent += time.process_time() - start
+            value = judged(entry, found[0])["cost"] if len(found) else None
+            seen.append((spent, np.inf if value is None else excess(value, entry["known"]["cost"], entry["rank_by"])))
+            start = time.process_time()
+        asked_for.append(seen)
+    rows = []
+    for moment in CURVE:
+        then = [min([by for spent, by in seen if spent <= moment], default=np.inf) for seen in asked_for]
+        last = [min(by for _, by in seen) for seen in asked_for]
+        near = sum(by <= end + 0.1 for by, end in zip(then, last, strict=True))
+        rows.append([f"{moment:g} s", sum(np.isfinite(then)), sum(np.array(then) <= NEARLY), near,
+                     f"{np.median(then):.3f}", sum(seen[-1][0] <= moment for seen in asked_for)])  # fmt: skip
+    what = ["answered", "within 5 % of the best known", "within 10 % of the last", "median excess", "ended"]
+    table(["after", *what], rows)
+
+
 # -- reports ----------------------------------------------------------------------------------------------------------
 def report(entries: list[dict[str, Any]], results: list[dict[str, Any]]) -> None:
     """Print what was answered, group by group, and what was not, or not well."""
@@ -161,12 +187,16 @@ def main() -> None:
     parser.add_argument("--only", default="", help="names that begin so")
     parser.add_argument("--every", type=int, default=1, help="ask every n-th request only")
     parser.add_argument("--out", type=Path, help="file of results, one a line")
+    parser.add_argument("--curve", action="store_true", help="print the answers over time instead")
     given = parser.parse_args()
     entries = [e for e in json.loads(given.requests.read_text()) if e["name"].startswith(given.only)][:: given.every]
     cat = catalogue.open(given.database)
     title("Recall of hard requests")
     print(EXPLAINED)
     cat.find(catalogue.StraightLine(1, 0.001), limit=1)  # what is loaded once
+    if given.curve:
+        curve(cat, entries)
+        return
     for effort in map(int, given.effort.split(",")):
         print(f"## Effort {effort}\n", flush=True)
         report(entries, results_of(cat, entries, effort, given.out))

@@ -381,6 +381,35 @@ def test_more_effort_never_makes_the_best_worse(ask: Ask, criterion: str, constr
     assert all(later <= first + 1e-9 * abs(first) for first, later in pairwise(costs)), costs
 
 
+@pytest.mark.parametrize(
+    "wish",
+    [
+        {"max_size": 250},
+        {"rank_by": "size"},
+        {"rank_by": ["size", "deviation"]},
+        {"max_size": 260, "effort": 2},
+        {"max_size": 60, "effort": 0},
+        {"fixed_pivots": ((-30, 60), (160, 60))},
+    ],
+    ids=str,
+)
+@pytest.mark.usefixtures("brief")
+def test_answers_improve_until_they_are_those_of_find(small: Catalogue, again: Again, wish: dict[str, Any]) -> None:
+    request = catalogue.Request.of(LINE, families=["four-bar"], limit=3, **wish)
+    every = [*small.improving(request)]
+    best, last = small.find(request), every[-1]
+    assert [c.pivots for c in last] == [c.pivots for c in best]
+    assert all(every[:-1]), "an empty list is the last"
+    price = PRICE["size" if wish.get("rank_by") == "size" else "score"]
+    costs = [price(found[0]) for found in every if found]
+    if "rank_by" not in wish or wish["rank_by"] == "size":
+        assert costs[:-1] == sorted(costs[:-1], reverse=True)
+        assert not costs or costs[-1] <= min(costs) + 0.01 * abs(min(costs)), "measured roughly on the way"
+    for found in every[:1] if "fixed_pivots" not in wish else ():  # its deviation is from the line as it lies
+        for c in found:
+            check(c, LINE, again, **{name: value for name, value in wish.items() if name == "max_size"})
+
+
 def test_first_answers_that_do_not_last_are_not_the_end(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the measurement at the end refuses all of them, the search goes on as at effort 1."""
     measured, efforts = final, []
