@@ -122,9 +122,9 @@ class Race:
 
     def _some(self, index: Indices) -> Race:
         """Select some linkages; their multipliers begin anew, as answers are better so."""
-        family = self.here.machine.linkage.family
-        here, best = self.here[index], self.best[index]
-        if len(set(family[index])) < len(set(family)):  # with the constraints of the families that are left
+        here, best, dyads = self.here[index], self.best[index], self.here.machine.linkage.dyads
+        if len(np.unique(dyads[index], axis=0)) < len(np.unique(dyads, axis=0)):
+            # kinds of dyads that are left have fewer limits and measures
             with np.errstate(all="ignore"):
                 here, best = (Linear.of(self.problem, every.machine) for every in (here, best))
         names = ("inside", "start", "radius", "damping")

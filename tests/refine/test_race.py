@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -13,6 +14,7 @@ from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.guidance.sensitivity import COUNT, displaced
 from catalogue.guidance.stations import Stationed
+from catalogue.kinematics.linkage import PR, Linkage
 from catalogue.problem.problem import Problem
 from catalogue.refine import race_model
 from catalogue.refine.race import Race
@@ -103,6 +105,21 @@ def test_leaders_of_other_families_have_the_limits_of_theirs(small: Catalogue) -
     np.testing.assert_allclose(few.best.cost, race.best.cost[pins[:3]], rtol=1e-12)
     few.round()
     assert len(few) == 3
+
+
+@pytest.mark.slow
+def test_leaders_of_other_dyads_have_the_limits_of_theirs(small: Catalogue) -> None:
+    """A slider of the first dyad adds rows that one of the second does not have."""
+    problem = problem_of(LINE, "size", families=["slider-crank"], pivots_in=(-1, -2, 2, 2))
+    starts = starts_of(small, problem, 30)
+    pivots = starts.linkage.pivots.copy()
+    pivots[::2] = pivots[::2, ::-1]
+    race = Race.of(problem, replace(starts, linkage=Linkage.trusted(pivots)))
+    race.round()
+    first = race._some(np.flatnonzero(race.here.machine.linkage.dyads[:, 0] == PR))
+    assert 0 < len(first) < len(race)
+    assert first.here.limit.shape[1] < race.here.limit.shape[1]
+    first.round()
 
 
 @pytest.mark.slow
