@@ -285,12 +285,12 @@ class Explanation:
 
     def _is_found(self, bounds: dict[str, Any]) -> bool:
         """Return whether a search under these bounds has an answer, as the user will run it."""
-        from .find import SearchOptions, searched
+        from .find import is_answered
 
         looser = replace(self._looser(bounds), effort=0)  # it ends with what a longer one begins with
         if looser.constraints.given:  # it was searched in full
             return True
-        return searched(self.database, looser, SearchReport(), SearchOptions()) is not None
+        return is_answered(self.database, looser)
 
     def _looser(self, bounds: dict[str, Any]) -> Problem:
         """Return the problem of one answer under other bounds."""

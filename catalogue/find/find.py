@@ -147,6 +147,15 @@ def searched(database: Database, problem: Problem, report: SearchReport, options
     return _last(database, problem, every, report, options)
 
 
+def is_answered(database: Database, problem: Problem) -> bool:
+    """Return whether a search finds an answer, and end it with the first."""
+    report, options, every = SearchReport(), SearchOptions(), list[Search]()
+    for every in _searches(database, problem, report, options):
+        if np.isfinite(every[-1].least) and selected(problem, every, report, options) is not None:
+            return True
+    return _last(database, problem, every, report, options) is not None
+
+
 def _last(
     database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
