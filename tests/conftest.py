@@ -14,7 +14,7 @@ import pickle
 import re
 import runpy
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, contextmanager
 from functools import partialmethod
 from hashlib import sha256
@@ -134,12 +134,17 @@ def _compiled_once(shared: Path) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(autouse=True)
-def _by_numpy(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Sweep by numpy in the fast part: numba compiles for a minute, and `spatial/test_compiled.py` compares the two."""
-    if request.node.get_closest_marker("slow") is None:
-        monkeypatch.setattr(jointed, "kernel", lambda: None)
-        monkeypatch.setattr(guided, "fast", lambda _: None)
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, object, object]:
+    """Sweep by numpy in the fast part: numba compiles for a minute, and `spatial/test_compiled.py` compares the two.
+
+    A hook and no fixture: fixtures of a module are made before those of a test.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        if item.get_closest_marker("slow") is None:
+            patch.setattr(jointed, "kernel", lambda: None)
+            patch.setattr(guided, "fast", lambda _: None)
+        return (yield)
 
 
 @pytest.fixture(scope="session")

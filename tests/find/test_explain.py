@@ -90,6 +90,7 @@ def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point
     return Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0)
 
 
+@pytest.mark.slow
 def test_what_is_too_large_though_no_size_was_asked_for_is_said(small: Catalogue) -> None:
     """The nearest is a parallelogram with cranks of 200 strokes: straight enough, but larger than is looked for."""
     request_ = StraightLine(10, 1e-2)

@@ -80,6 +80,7 @@ def test_an_arc_bulges_to_the_left_of_its_way() -> None:
     assert np.abs(made.deviations(made.motion(501).points[made.point])).max() == pytest.approx(one.deviation, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_an_answer_is_recalled_and_converted_where_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CATALOGUE_ANSWERS", str(tmp_path / "answers.db"))
     one = answer("six-bars", "watt-1")

@@ -42,6 +42,7 @@ def remeasured(database: Database) -> tuple[dict[str, Array], Mask]:
     return rows, off
 
 
+@pytest.mark.slow
 def test_every_reach_of_a_small_file_measures_as_it_is_stored(small: Catalogue) -> None:
     rows, off = remeasured(small.database)
     assert len(off) > 1000

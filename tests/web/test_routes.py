@@ -389,6 +389,7 @@ def test_what_fails_is_told_and_asked_again_the_next_time() -> None:
     in_threads(test)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_wish_has_the_same_answer_before_and_after_another(
     small_db: Path, form: Form, small: catalogue.Catalogue, order: int
