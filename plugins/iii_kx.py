@@ -76,7 +76,7 @@ def pseudo_cuspidation(p: Parameters) -> Parameters:
 
 
 def pseudo_cuspidation_slider(p: Parameters) -> Parameters:
-    """Solve it with a slider: S = 1/sin(2 phi3)."""
+    """Solve the pseudo-cuspidation with a slider: S = 1/sin(2 phi3)."""
     return {"a1": 0 * p["phi3"], "psi": np.arctan(1 / np.sin(2 * p["phi3"]))}
 
 
@@ -92,7 +92,7 @@ def fifth_order(p: Parameters) -> Parameters:
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """Solve it with a slide for pair 3; [2] and [4] are perpendicular."""
+    """Solve order 5 with a slide for pair 3; [2] and [4] are perpendicular."""
     return {"a1": 2 / np.tan(p["psi"]), "phi3": -p["psi"]}
 
 

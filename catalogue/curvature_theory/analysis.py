@@ -8,14 +8,14 @@ and the digits they keep.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage, LinkageLike
-from ..kinematics.types import Array, Floats, Integers, Mask
+from ..kinematics.types import Array, Floats, Integers, Mask, Objects
 from .finite_pole import POLE, finite_pole, noise
 from .parallel_cranks import parallel_cranks
 from .polish_pairs import polish_pairs
@@ -103,12 +103,12 @@ class Curvature:
     def __len__(self) -> int:
         return len(self.state)
 
-    def __getitem__(self, index: Any) -> Curvature:
+    def __getitem__(self, index: object) -> Curvature:
         chosen: Curvature = mapped(lambda values: values[index].reshape(-1, *values.shape[1:]), self)
         return chosen
 
     @property
-    def reason(self) -> Array:
+    def reason(self) -> Objects:
         """Why numbers are missing, shape (n,): an empty string where none is."""
         why = np.full(len(self), "", dtype=object)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Texts
 from .analysis import DEGENERATE, PARALLEL, REGULAR, Curvature
 from .finite_pole import distances
 
@@ -15,7 +15,7 @@ AT_POLE = 1e-9
 LETTERS = "DVTCPXN"
 
 
-def configuration(linkage: Linkage, instant: Curvature) -> Array:
+def configuration(linkage: Linkage, instant: Curvature) -> Texts:
     """Name the configuration of each linkage by the letters of its two dyads, shape (n,).
 
     P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the

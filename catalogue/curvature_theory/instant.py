@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats, read_only
+from ..kinematics.types import Complexes, Floats, Texts, read_only
 from .analysis import Curvature, curvature
 from .configuration import configuration
 from .dead_points import branched
@@ -45,7 +45,7 @@ class Instant:
         return frozen
 
     @cached_property
-    def configuration(self) -> Array:
+    def configuration(self) -> Texts:
         """Configuration of each linkage, shape (n,)."""
         return read_only(configuration(self.linkage, self.curvature))
 

@@ -129,7 +129,7 @@ def leading_error(
     point: Complexes,
     *,
     circle: Mask | bool = False,
-    order: Array | int | None = None,
+    order: Integers | int | None = None,
     pole: Complexes | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:

@@ -19,7 +19,7 @@ import numpy as np
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.power_series import taylor_product
-from ..kinematics.types import Array, Floats
+from ..kinematics.types import Floats
 from .finite_pole import POLE
 from .taylor import charts, norm_squared, path_series
 
@@ -56,7 +56,7 @@ def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
     return out
 
 
-def _bilinear(moving: Motion) -> Array:
+def _bilinear(moving: Motion) -> Floats:
     """Compute the constraint's coefficients of t^1 ... t^4, bilinear in A and A*.
 
     They are in extended precision, where the platform has it, since they decide the digits.
@@ -75,11 +75,11 @@ def _bilinear(moving: Motion) -> Array:
         [-2 * x.imag, -2 * x.real, -2 * d.imag],
         [2 * turned.real, 2 * turned.imag, norm_squared(d)],
     ]
-    forms: Array = np.moveaxis(np.stack([np.stack(row) for row in rows])[:, :, 1:5], (3, 2), (0, 1))
+    forms: Floats = np.moveaxis(np.stack([np.stack(row) for row in rows])[:, :, 1:5], (3, 2), (0, 1))
     return np.asarray(forms / np.abs(forms).max((2, 3), keepdims=True))
 
 
-def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
+def _newton(forms: Floats, moving: Motion, pair: Floats) -> Floats:
     """Improve one pair of each linkage by Newton's method, shape (n, 2, 3)."""
     size, origin = moving.linkage.size[:, None], np.stack([moving.origin.real, moving.origin.imag], -1)[:, None]
     w = pair[..., 2:]
@@ -107,6 +107,6 @@ def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
     return np.where(done[:, None, None], back, pair)
 
 
-def _unit(points: Array) -> Array:
+def _unit(points: Floats) -> Floats:
     with np.errstate(invalid="ignore"):
         return np.asarray(points / np.linalg.norm(points, axis=-1, keepdims=True))

@@ -8,16 +8,17 @@ at change points.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, CRANK_2, Motion, Path, motion
 from ..kinematics.power_series import taylor_product as times
 from ..kinematics.power_series import taylor_quotient as over
 from ..kinematics.power_series import taylor_root as root
-from ..kinematics.types import Array, Complexes, Floats, Indices
+from ..kinematics.types import Complexes, Floats, Indices, Scalar
 
 #: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
 TERMS = 9
@@ -62,7 +63,7 @@ def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Je
 
 
 def charts(
-    linkage: Linkage, point: Complexes, pole: Complexes | None, dtype: Any = float
+    linkage: Linkage, point: Complexes, pole: Complexes | None, dtype: object = float
 ) -> list[tuple[Indices, Motion]]:
     """Choose the best conditioned chart of each linkage: pairs of indices and motion, by chart."""
     coupler = motion(linkage, 0, point, dtype, pole)
@@ -84,7 +85,7 @@ def charts(
     return [(where, moving) for where, moving in out if where.size]
 
 
-def path_series(path: Path) -> Array:
+def path_series(path: Path) -> Complexes:
     """Compute the series of a path: the closed form of `Path` on series instead of numbers."""
     forms, circle = path.forms, path.circle
     h, g, n, k, j2, b_x, b_y, l_x, l_y = (_polynomial(f) for f in forms[:9])
@@ -103,17 +104,17 @@ def path_series(path: Path) -> Array:
     return _later(inside)
 
 
-def _polynomial(form: Array) -> Array:
+def _polynomial(form: Floats) -> Floats:
     out = np.zeros((TERMS, form.shape[-1]), dtype=form.dtype)
     out[:3] = form
     return out
 
 
-def _later(a: Array) -> Array:
+def _later(a: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """Multiply a series by t."""
     return np.concatenate([np.zeros_like(a[:1]), a[:-1]])
 
 
-def norm_squared(a: Array) -> Array:
+def norm_squared(a: Complexes) -> Floats:
     """Re^2 + Im^2 of a complex series."""
     return times(a.real, a.real) + times(a.imag, a.imag)

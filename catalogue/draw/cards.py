@@ -62,7 +62,7 @@ def guide_png(guide: PlacedGuide) -> bytes | None:
         return None
 
 
-def cards_html(answers: Sequence[Any], title: str) -> Markup:
+def cards_html(answers: Sequence[object], title: str) -> Markup:
     """Return the first answers as animated cards, and all as a folded table."""
     cards = [_card(k, one) for k, one in enumerate(answers[: CARDS.most])]
     shown = element("div", *cards, style="display:flex;flex-wrap:wrap;gap:8px") if any(cards) else NOTHING
@@ -94,12 +94,12 @@ def _card(number: int, one: Any) -> Markup:
     return element("div", svg, words, style=f"width:{CARDS.card:.0f}px")
 
 
-def _told(one: Any) -> Mapping[str, Any]:
+def _told(one: object) -> Mapping[str, Any]:
     told = {name: getattr(one, name) for name in COLUMNS if hasattr(one, name)}
     return told | ({"order": "exact"} if told.get("order") == EXACT_ORDER else {})
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> Markup:
+def _table(rows: Sequence[Mapping[str, object]]) -> Markup:
     names = [name for name in COLUMNS if any(row.get(name) is not None for row in rows)]
     heads = ["", *((">" if COLUMNS[name] else "") + name.replace("_", " ") for name in names)]
     lines = [

@@ -42,7 +42,7 @@ class Cell:
     parameters: dict[str, float]  #: free ones, by name
     linkage: Linkage  #: one
     curvature: Curvature  #: of one
-    guided: list[Guided]  #: of one linkage, none imaginary; points with w = 1, or w = 0 and a unit direction
+    guided: list[Guided]  #: real guided elements; points with w = 1, or unit directions with w = 0
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats
 
 
 class CubicOptions(NamedTuple):
@@ -34,12 +34,12 @@ def circle(diameter: complex) -> Complexes:
     return np.asarray(0.5 * diameter * (1 + np.exp(2j * np.pi * np.linspace(0, 1, CUBIC.points))))
 
 
-def line(direction: complex, reach: float) -> Array:
+def line(direction: complex, reach: float) -> Complexes:
     """Return the line through the pole in a direction."""
     return np.asarray(direction * np.array([-reach, 0.0, reach]))
 
 
-def cubic(kappa: float, s: float, reach: float) -> list[Array]:
+def cubic(kappa: float, s: float, reach: float) -> list[Complexes]:
     """Return the parts, complex, of the curve of stationary curvature.
 
     NaN farther than `reach` from the pole.
@@ -66,7 +66,7 @@ def cubic(kappa: float, s: float, reach: float) -> list[Array]:
     return [np.where(np.abs(r) <= reach, r * ray, complex(np.nan, np.nan))]
 
 
-def _turns(pole: Array) -> Floats:
+def _turns(pole: Floats) -> Floats:
     """Return angles in (0, pi), denser near the asymptote and the pole."""
     near = np.geomspace(1e-9, 0.3, 240)
     all_of_them = [np.linspace(0, np.pi, 2 * CUBIC.points)[1:-1], near, np.pi - near]
@@ -75,7 +75,7 @@ def _turns(pole: Array) -> Floats:
     return np.asarray(turn[(turn > 0) & (turn < np.pi)])
 
 
-def hyperbola(k: float, reach: float) -> list[Array]:
+def hyperbola(k: float, reach: float) -> list[Complexes]:
     """Return the curve x y + k = 0 of the parallel transformation; the two axes for k = 0."""
     if not np.isfinite(k):
         return []

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kinematics.linkage import PR, RP
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Mask
 from .drive_marks import MARK
 from .poses import Poses
 from .symbols import BLOCK, SYMBOL
@@ -57,15 +57,15 @@ class Frame:
     width: float
     height: float
 
-    def at(self, z: Any) -> Any:
+    def at(self, z: object) -> Any:
         """Map positions, one or an array, to paper."""
         return np.conj((np.asarray(z) - self.corner) * self.scale)
 
-    def along(self, z: Any) -> Any:
+    def along(self, z: object) -> Any:
         """Map directions, or differences of positions, to paper."""
         return np.conj(np.asarray(z) * self.scale)
 
-    def near(self, z: Array, times: float = 1.0) -> Array:
+    def near(self, z: Complexes, times: float = 1.0) -> Mask:
         """Tell which positions are within some widths of the paper."""
         at = self.at(z)
         x, y = times * self.width, times * self.height
@@ -114,7 +114,7 @@ def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]
 def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
     """Return positions (k,) and the margins of their symbols on four sides, (k, 4)."""
     link, block, foot = SYMBOL.link + 2, BLOCK[0] + 14, BEARING_SYMBOL.height + BEARING_SYMBOL.hatching
-    parts: list[tuple[Array, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
+    parts: list[tuple[Complexes, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
     for i in (0, 1):
         if shown.kinds[i] == PR:
             spare = BLOCK[0] + 9 + 1j * (BLOCK[1] + BEARING_SYMBOL.hatching + 1)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array, Floats
+from ..kinematics.types import Array, Complexes, Floats
 from ..paper import PAPER
 from .symbols import Pen
 
@@ -37,7 +37,7 @@ class Labels:
     _places: list[Array] = field(default_factory=list)
     _weights: list[Floats] = field(default_factory=list)
 
-    def avoid(self, z: Array, weight: float) -> None:
+    def avoid(self, z: Complexes, weight: float) -> None:
         """Keep off a line through the points z, or off a single one."""
         z = np.atleast_1d(z)
         if len(z) == 1:
@@ -56,7 +56,7 @@ class Labels:
         self._places.append(z)
         self._weights.append(np.full(len(z), weight))
 
-    def out(self, z: Array) -> Floats:
+    def out(self, z: Complexes) -> Floats:
         """Return how far points z are outside the square, negative inside."""
         off = z - self.centre
         return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half

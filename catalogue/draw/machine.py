@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Array, Complexes
+from ..kinematics.types import Complexes
 from ..markup import NOTHING, Markup, element, join
 from .drive_marks import drive_marks
 from .frame import BEARING_SYMBOL, Frame
@@ -53,7 +53,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
     return clock.moved(frame.at(carrier), "coupler", clock.turned(shown.turn, None, *rods, body, *pins, *dots, guided))
 
 
-def _spared(ends: Complexes, foot: complex, frame: Frame) -> Array:
+def _spared(ends: Complexes, foot: complex, frame: Frame) -> Complexes:
     """Return the ends of a coupler line, extended where they run through the block."""
     along = ends[1] - ends[0]
     if along == 0:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def moving_svg(
     height: float | None = None,
     layers: Collection[str] = (),
     hidden: Collection[str] = (),
-    points: Mapping[str, Any] | None = None,
+    points: Mapping[str, object] | None = None,
     turn: bool = False,
     still: bool = False,
     seconds: float = 5.0,

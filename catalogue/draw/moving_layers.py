@@ -7,12 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..curvature_theory.analysis import curvature
 from ..curvature_theory.finite_pole import finite_pole
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.sampling import halved, off_chord
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Complexes, Floats, Mask, Scalar
 from ..markup import NOTHING, Markup, element, join
 from .cubics import cubic
 from .frame import Frame
@@ -116,7 +117,7 @@ class Layers:
         axes, pole = found.axes[0] @ np.array([1, 1j]), complex(*found.pole[0])
         reach = 3 * max(self.frame.width, self.frame.height) / self.frame.scale / rho0
 
-        def curve(kappa: float) -> Array:
+        def curve(kappa: float) -> Complexes:
             parts = cubic(kappa * rho0, float(found.s[0]) * rho0, reach)
             gap = np.array([complex(np.nan, np.nan)])
             z = np.concatenate([np.append(part, gap) for part in parts]) if parts else gap
@@ -204,7 +205,7 @@ class Layers:
         carrier = self.shown.carried(np.array([self._origin]))[:, 0]
         return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))
 
-    def _thinned(self, z: Array) -> Array:
+    def _thinned(self, z: Complexes) -> Complexes:
         """Drop points of a curve far off the paper, or very close to the previous one."""
         z = np.where(self.frame.near(z, 1.5), z, np.nan)
         kept, last = [], complex(np.nan)
@@ -217,7 +218,7 @@ class Layers:
         return np.array(kept)
 
 
-def _held(z: Array, seen: Mask) -> Array:
+def _held(z: npt.NDArray[Scalar], seen: Mask) -> npt.NDArray[Scalar]:
     """Replace invisible values by the nearest visible ones."""
     at = np.flatnonzero(seen)
     return np.asarray(z[at[np.abs(np.arange(len(z))[:, None] - at).argmin(1)]])

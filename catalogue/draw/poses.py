@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..kinematics.linkage import PR, RP
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Integers
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -37,7 +37,7 @@ POSE_COUNT = PoseCount()
 class Poses:
     """A guide in m poses; points are complex numbers in the user's unit, y upwards."""
 
-    kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    kinds: Integers  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
     moving: Complexes  #: moving pivots, shape (m, 2); for a slide the unit normal of its coupler line
     turn: Floats  #: of the coupler from the position given, shape (m,) [rad]
@@ -71,7 +71,7 @@ class Poses:
         """Index in `home` of the coupler's origin: a finite moving pivot, else the guided point."""
         return next((i for i in (0, 1) if self.kinds[i] != RP), 2)
 
-    def carried(self, z: Array) -> Complexes:
+    def carried(self, z: Complexes) -> Complexes:
         """Move coupler points of the given position, shape (k,), to the poses, (m, k)."""
         return np.asarray(self.guided[:, None] + np.exp(1j * self.turn[:, None]) * (np.ravel(z) - self.home[2]))
 
@@ -95,7 +95,7 @@ def poses(
     count: int | None = None,
     *,
     turn: bool = False,
-    points: Mapping[str, Any] | None = None,
+    points: Mapping[str, object] | None = None,
     error: float = POSE_COUNT.error,
 ) -> Poses:
     """Compute poses of a guide over its stroke, or over its circuit if it has none.
@@ -163,7 +163,7 @@ def poses(
 
 
 def _slides(
-    kinds: Array, z: Array, start: complex, fixed: Mapping[int, Complexes]
+    kinds: Integers, z: Complexes, start: complex, fixed: Mapping[int, Complexes]
 ) -> tuple[dict[int, complex], dict[int, Complexes]]:
     """Return for each slide the nearest foot on its slot, and the ends of the slot.
 

@@ -14,7 +14,7 @@ from ..guidance.placement import PLACEMENT, at_stroke
 from ..guidance.trace import Traced, extended
 from ..kinematics.circuits import OPEN
 from ..kinematics.linkage import PR, RP
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Integers
 from .poses import Poses
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ class Scene:
     Points are complex, positions run from 0 to the stroke [length].
     """
 
-    kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    kinds: Integers  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
     moving: Complexes  #: moving pivots, shape (poses, 2); for a slide the unit normal of its coupler line
     #: Corners of the coupler, shape (poses, 3): its finite moving pivots, the foot on its slide's
@@ -165,7 +165,7 @@ def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
 
 
 def _slides(
-    kinds: Array, fixed: Complexes, moving: Complexes, guided: Complexes
+    kinds: Integers, fixed: Complexes, moving: Complexes, guided: Complexes
 ) -> tuple[dict[int, Complexes], dict[int, Complexes]]:
     """Return for each slide the nearest foot on its slot, and the ends of the slot."""
     feet: dict[int, Complexes] = {}

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Complexes, Floats
 from ..markup import NOTHING, Markup, element
 
 #: Steps of time that differ by less are equal.
@@ -47,7 +47,7 @@ def ticks(low: float, high: float, most: int) -> list[float]:
     return [step * k for k in range(first, last + 1)]
 
 
-def polyline(z: Array, digits: int = 2) -> str:
+def polyline(z: Complexes, digits: int = 2) -> str:
     """Return the data of a path through points; it is interrupted where they are NaN."""
     parts, pen = [], "M"
     for point in np.asarray(z).tolist():
@@ -59,7 +59,7 @@ def polyline(z: Array, digits: int = 2) -> str:
     return " ".join(parts).replace(" L", "L").replace(" M", "M")
 
 
-def plate(z: Array, radius: float) -> str:
+def plate(z: Complexes, radius: float) -> str:
     """Return the outline at a distance `radius` about the convex hull of z."""
     corner = _hull(np.asarray(z), 1e-6 * radius)
     r = number(radius)
@@ -99,17 +99,15 @@ class Clock:
     Attributes
     ----------
     seconds : float
-        Of a period.
+        Duration of a period [s].
     closed : bool
-        Whether the poses are run through round and round, the last being the first again; else to
-        and fro.
+        Whether the motion is a cycle, whose last pose is the first again; else it runs to and fro.
     middle : int
-        The pose in which parts stand where nothing moves.
+        Index of the pose to draw where animation is not supported.
     still : bool
-        Whether nothing moves.
+        Whether the drawing shows this pose alone.
     time : ndarray, shape (m,), optional
-        When the poses are passed, from 0 to 1 of a period or of the way forth; in equal times if it
-        is not given.
+        Times of the poses, from 0 to 1 of a period or of the way forth; by default evenly spaced.
     """
 
     seconds: float

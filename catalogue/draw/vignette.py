@@ -8,7 +8,7 @@ import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Array, Complexes
+from ..kinematics.types import Complexes
 from ..paper import COUPLER, GREY, INK, PATH, SERIF
 from .cells import CELLS, Cell
 from .cubics import circle, cubic, hyperbola
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 #: Directions of a bearing, the usual one first.
 WAYS = (-1j, 1j, 1 + 0j, -1 + 0j)
-#: What belongs to the fixed plane; the colour of the coupler is that of the moving one.
+#: Colour of the fixed plane; that of the moving plane is the colour of the coupler.
 FIXED = "#00805e"
 
 
@@ -102,7 +102,7 @@ class Vignette:
         if not self.parallel:
             self.labels.write(0j, "Q", self.prefix + "name-pole", 7.8, 0.7, color=INK, style="italic", **style)
 
-    def _line(self, z: Array, gid: str, colour: str, width: float, zorder: float, dash: object = "-") -> None:
+    def _line(self, z: Complexes, gid: str, colour: str, width: float, zorder: float, dash: object = "-") -> None:
         self.pen.line(z, self.prefix + gid, color=colour, linewidth=width, zorder=zorder, linestyle=dash, clip_on=True)
         self.labels.avoid(z, COST.curve)
 

@@ -90,7 +90,7 @@ def stacked(cut: Sequence[Part], places: Places) -> Levels:
 class _Assignment:
     """Search for the best levels of groups by branch and bound."""
 
-    #: Most branches: all of seven groups, a second of time for more.
+    #: Largest number of branches: exhausts seven groups; with more it ends after a second.
     max_visits = 50_000
 
     def __init__(

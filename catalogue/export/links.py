@@ -62,7 +62,7 @@ class Link:
     within: str = ""
 
     def placed(self, z: complex) -> complex:
-        """Return where a point of the link is in the position given."""
+        """Convert a point of the link to the frame, in the given position."""
         return self.origin + self.turn * z
 
     @property
@@ -240,7 +240,7 @@ def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, com
 def link_of(
     name: str, kind: str, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]] | None = None
 ) -> Link:
-    """Return a link of places in the given position: along its first two holes, or its slot."""
+    """Return a link with its x axis along its first two holes, else along its slot."""
     ends = [end for slot in (slots or {}).values() for end in slot]
     origin, *others = [*holes.values(), *ends]
     alone = ends[1] - ends[0] if ends else 0j

@@ -146,7 +146,7 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
         error, place, weight = y, x, np.ones_like(x)
     fine = (many.fine @ error).T
     size = (fine.shape[1] - 1) // intervals
-    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, size)[..., :-1]  # the same from either end
+    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, size)[..., :-1]  # a reversed path has the same bins
     worst = np.argmax(np.where(np.isnan(bins), -1.0, bins), axis=2) + 1 + np.arange(0, fine.shape[1] - 1, size)
     stations = np.pad(worst, ((0, 0), (1, 1)), constant_values=((0, 0), (0, fine.shape[1] - 1)))
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))

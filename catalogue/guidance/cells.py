@@ -81,8 +81,8 @@ class Cells(Rows):
 class Curves(Columns):
     """Coupler curves of k circuits, tabulated by length.
 
-    Curves of left-handed circuits are followed as their mirror images are, so that a search finds
-    of both what the other one has.
+    A left-handed circuit is followed in the sense of its mirror image, so that a search finds the
+    mirror images of its windows.
 
     Attributes
     ----------
@@ -150,7 +150,8 @@ class Curves(Columns):
 def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
     """Interpolate values at x (p, 1 or k) in tables (m, k) from 0 to 1."""
     apart = 2 * np.arange(table.shape[1])
-    return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
+    inside = np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel())
+    return np.asarray(inside).reshape(len(apart), -1).T
 
 
 def cells_of(curves: Curves, stroke: Floats, which: Indices, circle: bool, radius: float | None) -> Cells:

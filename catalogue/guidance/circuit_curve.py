@@ -56,7 +56,7 @@ class CircuitMotion(Columns):
 
     @property
     def chart(self) -> Array:
-        """What stands for a chart, shape (k,)."""
+        """`CIRCUIT` in place of the numbers of charts, shape (k,)."""
         return np.full(len(self.middle), CIRCUIT)
 
     @property
@@ -105,7 +105,7 @@ class CircuitCurve(Columns):
     def path(self) -> CircuitCurve:
         return self
 
-    def window(self, low: Array, high: Array, nodes: Array) -> tuple[Floats, Floats]:
+    def window(self, low: Floats, high: Floats, nodes: Floats) -> tuple[Floats, Floats]:
         """Compute displacements (u, v), (m, k) each, at `nodes` (m,) of windows."""
         t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
         z = self.motion.pose(t).point(self.point) - self.point
@@ -113,7 +113,7 @@ class CircuitCurve(Columns):
 
 
 class Posed(Protocol):
-    """k bodies that move along phases."""
+    """Motion of k bodies as a function of their phases."""
 
     def pose(self, s: Floats) -> Pose: ...
 

@@ -21,7 +21,7 @@ from ..curvature_theory.taylor import path_series
 from ..kinematics.batch import Columns
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, Motion, Path, motion
-from ..kinematics.types import Array, Complexes, Integers, Mask
+from ..kinematics.types import Complexes, Floats, Integers, Mask
 
 
 class CurveOptions(NamedTuple):
@@ -64,11 +64,11 @@ class Table(Columns):
         Parameters and displacements along the tangent [length]; u is infinite outside that part.
     """
 
-    t: Array
-    u: Array
+    t: Floats
+    u: Floats
 
     @property
-    def extent(self) -> Array:
+    def extent(self) -> Floats:
         """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
         u = np.where(np.isfinite(self.u), self.u, 0)
         return np.stack([-u.min(0), u.max(0)])
@@ -93,7 +93,7 @@ class CouplerCurve(Columns):
 
     motion: Motion
     point: Complexes
-    tangent: Array
+    tangent: Complexes
     still: Mask
     cusp: Mask
     pole: Complexes | None = None
@@ -146,11 +146,11 @@ class CouplerCurve(Columns):
         return _to_turnings(self, self._table)
 
     @property
-    def extent(self) -> Array:
+    def extent(self) -> Floats:
         """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
         return self.table.extent
 
-    def window(self, low: Array, high: Array) -> tuple[Array, Array]:
+    def window(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
         """Solve for the parameters where u is `low` and `high`, (n,) each; NaN beyond the extent.
 
         Bracketed in the table, then solved to `CURVE.tolerance` of the extent: in few steps, in
@@ -164,7 +164,7 @@ class CouplerCurve(Columns):
             t[:, far] = some._solved(some.table, wanted[:, far], CURVE.many)[0]
         return t[0], t[1]
 
-    def _solved(self, table: Table, wanted: Array, steps: int) -> tuple[Array, Mask]:
+    def _solved(self, table: Table, wanted: Floats, steps: int) -> tuple[Floats, Mask]:
         """Solve for the parameters (2, n) of values u (2, n) in a table; tell which converged."""
         k = np.clip((table.u[:, None] < wanted).sum(0), 1, len(table.u) - 1)
         t0, t1 = (np.take_along_axis(table.t, k + j, 0) for j in (-1, 0))
@@ -181,8 +181,8 @@ class CouplerCurve(Columns):
 
 
 def false_position(
-    function: Callable[[Array], Array], t0: Array, t1: Array, f0: Array, f1: Array, close: Array, steps: int
-) -> tuple[Array, Array]:
+    function: Callable[[Floats], Floats], t0: Floats, t1: Floats, f0: Floats, f1: Floats, close: Floats, steps: int
+) -> tuple[Floats, Floats]:
     """Solve for zeros of functions in brackets t0, t1 by regula falsi (Illinois).
 
     Returns the zeros and the values there; stops when all are within `close` of 0.
@@ -280,7 +280,7 @@ def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
     return Table(t, u)
 
 
-def _summit(path: Path, sign: Integers, side: int, at: Array, height: Array) -> tuple[Array, Array]:
+def _summit(path: Path, sign: Integers, side: int, at: Floats, height: Floats) -> tuple[Floats, Floats]:
     """Find the greatest displacement of paths by successive parabolas.
 
     Parameters

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats
 from .uniform_fit import uniform_fit
 
 
@@ -20,7 +20,7 @@ class CentreShift(NamedTuple):
 CENTRE_SHIFT = CentreShift()
 
 
-def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
+def from_circle(z: Complexes, ends: tuple[Any, Any], radius: float, deviation: float) -> Floats:
     """Return the signed distances of an arc's points (m,) from the best-placed circle of a radius.
 
     `ends` are those of the arc, and `deviation` about the largest distance.  Positive to the

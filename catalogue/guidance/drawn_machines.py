@@ -99,7 +99,7 @@ def kept_share_over_arc(
         As of `kept_share`.
     """
     linkage, point = _drawn(guides, scatter, draws)
-    centre, radius = (np.repeat(value, len(point)) for value in (traced.fit.centre, -1 / traced.fit.curvature))
+    centre, radius = np.repeat(traced.fit.centre, len(point)), np.repeat(-1 / traced.fit.curvature, len(point))
     with np.errstate(all="ignore"):
         deviation = traced_about(along_circuits(linkage, point), centre, radius, angle).fit.deviation
         return float(np.count_nonzero(deviation <= tolerance) / draws)

@@ -7,11 +7,12 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import RP, RR, Linkage
 from ..kinematics.motion import Pose
-from ..kinematics.types import Array, Complexes, Floats, Integers
+from ..kinematics.types import Complexes, Floats, Integers, Scalar
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
@@ -80,10 +81,11 @@ def drive_metrics(
 
     Parameters
     ----------
-    guides, traced
-        Guides and their stroke.
-    measures : Measures
-        They state the driving crank.
+    guides : CouplerCurve or CircuitCurve of n
+    traced : Traced of n
+        Windows of the stroke.
+    measures : Measures of n
+        Measures of the guides, of which the driving crank is used.
     inverse : bool
         The guides are inversions of linkages with a slot, as in
         `catalogue.guidance.metrics.measure`; the measures are those of the linkages.
@@ -224,7 +226,7 @@ class SampledPoses:
     def _grid(self) -> Grid:
         return grid(len(self.path) - 1)
 
-    def _fine(self, values: Array) -> Array:
+    def _fine(self, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
         return times(self._grid.fine, values)
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..kinematics.batch import Rows
 from ..kinematics.motion import Motion, Pose, motion
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, Integers
 from .coupler_curve import CouplerCurve
 from .metrics import min_transmission_turn
 from .minimum_zone import grid
@@ -54,7 +54,7 @@ class Dwell(Rows):
     transmission: Floats
 
 
-def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, Floats]:
+def turned(guides: CouplerCurve, crank: Integers, count: int) -> tuple[Complexes, Floats]:
     """Compute guided points at `count` uniform steps of a full crank turn, (count, n).
 
     The reference position is between the two middle steps.  Also returns the minimum transmission
@@ -71,7 +71,7 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
     return np.where(full, path, np.nan), np.where(full, angle, np.nan)
 
 
-def slides_over_turn(guides: CouplerCurve, crank: Array) -> Complexes:
+def slides_over_turn(guides: CouplerCurve, crank: Integers) -> Complexes:
     """Compute the ends of rails and slots over a full turn, shape (n, 2, 2).
 
     See `slides.slide_ends`.
@@ -81,7 +81,7 @@ def slides_over_turn(guides: CouplerCurve, crank: Array) -> Complexes:
         return slide_ends(guides.linkage, slide_runs(guides.linkage, pose))
 
 
-def _driven(guides: CouplerCurve, crank: Array) -> Motion:
+def _driven(guides: CouplerCurve, crank: Integers) -> Motion:
     """Return the motion in the charts of cranks with numbers 1 or 2."""
     return motion(guides.linkage, crank, guides.point, pole=guides.pole)
 
@@ -91,7 +91,7 @@ def _over_turn(moving: Motion, n: int) -> Pose:
     return moving.pose(np.tan(0.5 * np.pi * (1 - 1e-9) * grid(NODES).nodes)[:, None] + np.zeros(n))
 
 
-def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
+def dwells(path: Complexes, centre: Complexes, pivot: Complexes, residual: float, swing: float = 0.0) -> Dwell:
     """Measure the dwells of rockers driven by rods along a path, arrays (n, m).
 
     NaN where rod and rocker do not reach over the whole turn, or the rocker turns fully.
@@ -134,7 +134,7 @@ def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin
     return np.asarray(np.ptp(parts, axis=1))
 
 
-def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tuple[Array, ...], Floats]:
+def _rocking(path: Complexes, centre: Complexes, pivot: Complexes) -> tuple[Floats, tuple[Integers, ...], Floats]:
     """Compute minimum transmission angles (n, m), rockers that reach, their angles (f, k)."""
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])
@@ -146,7 +146,7 @@ def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tupl
         cosine = (rod**2 + rocker**2 - np.stack([square.min(0), square.max(0)])) / (2 * rod * rocker)
         transmission = 90 - np.degrees(np.arcsin(np.abs(cosine).max(0)))
         which = np.nonzero((np.abs(cosine) < 1).all(0))
-        arm, square = (np.moveaxis(a, 0, -1)[which].T for a in (arm, square))
+        arm, square = np.moveaxis(arm, 0, -1)[which].T, np.moveaxis(square, 0, -1)[which].T
         place, rod_, rocker_ = (centre[:, None] - pivot)[which], rod[which[0], 0], rocker[which]
         joint = arm * _apex(square, rod_, rocker_, side[which])
         angle = np.degrees(np.unwrap(np.angle(joint * place.conj()), axis=0))

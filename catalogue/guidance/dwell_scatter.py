@@ -63,9 +63,9 @@ class Standing:
     high: float
 
     def allowance(self, band: float) -> float:
-        """Return the standard deviation of all coordinates at which the rocker keeps a band.
+        """Return the scatter at which the rocker stays within a band with `PROBABILITY`.
 
-        It does with `PROBABILITY`.
+        The scatter is the standard deviation of each coordinate of the pivots and the joint.
 
         Parameters
         ----------
@@ -75,8 +75,8 @@ class Standing:
         Returns
         -------
         float
-            At most `ALLOWANCE.largest` of the shortest link; negative where the rocker strays
-            farther as it is [length].
+            Scatter, at most `ALLOWANCE.largest` of the shortest link; negative where the exact
+            linkage leaves the band [length].
         """
         nodes = grid(DWELL_SCATTER.stations)
         steps = DWELL_SCATTER.step * np.concatenate([np.eye(ALL), -np.eye(ALL), np.zeros((1, ALL))])

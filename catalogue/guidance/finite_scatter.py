@@ -39,10 +39,9 @@ class FiniteScatter(NamedTuple):
     rounds: int = 6  #: Newton steps to the ends of a window
     step: float = 1e-6  #: step of the difference quotient of a speed [windows]
     reached: float = 1e-7  #: error of an end at which it is reached [strokes]
-    #: Part of the way to the tolerance that counts along a direction in which a displaced machine
-    #: does not run.
+    #: Reach over the linear one along a direction in which the displaced machine does not run.
     broken: float = 0.5
-    left: float = 0.02  #: least part of the tolerance that a displaced path must have left
+    left: float = 0.02  #: least margin of the deviation below the tolerance [tolerances]
 
 
 SCATTER = FiniteScatter()
@@ -102,7 +101,7 @@ def remainder(
 ) -> Remainder:
     """Compute the correction of allowances by the finite motion, (n,).
 
-    `reach` is how far the paths reach within the tolerances, by the linear theory.
+    `reach` is the distance of the paths from the tolerances by the linear theory.
     """
     n, deviation = len(guides), traced.fit.deviation.astype(float)
     found = Remainder(np.zeros(n), np.zeros(n))
@@ -146,9 +145,9 @@ def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats)
 
 
 def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
-    """Solve for the parameters where the feet of paths are the ends of nominals, (n,) each.
+    """Solve for the parameters at which displaced guides pass the ends of nominals, (n,) each.
 
-    By Newton's method from nearby windows; NaN where they are not reached.
+    Newton's method, from the windows of the given guides; NaN where it does not converge.
     """
     fit = traced.fit
     low, high = traced.low.astype(float), traced.high.astype(float)

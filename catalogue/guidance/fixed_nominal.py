@@ -37,16 +37,16 @@ class Nominal:
 
     @property
     def centre(self) -> complex:
-        """Of the arc; NaN for a line."""
+        """Centre of the arc; NaN for a line."""
         if not np.isfinite(self.radius):
             return complex(np.nan, np.nan)
         return complex(0.5 * self.stroke, -np.sqrt(self.radius**2 - 0.25 * self.stroke**2))
 
-    def at(self, share: Floats) -> tuple[Array, Complexes]:
+    def at(self, share: Floats) -> tuple[Complexes, Complexes]:
         """Return points from 0 (start) to 1 (end), and their outward unit normals."""
         if not np.isfinite(self.radius):
-            return share * self.stroke + 0j, np.full(share.shape, 1j)
-        turn = np.exp(1j * np.arcsin(0.5 * self.stroke / self.radius) * (1 - 2 * share))
+            return np.asarray(share * self.stroke, complex), np.full(share.shape, 1j)
+        turn: Complexes = np.exp(1j * np.arcsin(0.5 * self.stroke / self.radius) * (1 - 2 * share))
         return self.centre + 1j * self.radius * turn, 1j * turn
 
     def along(self, z: Array) -> tuple[Floats, Complexes]:

@@ -37,11 +37,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion, Pose
-from ..kinematics.types import Array, Complexes, Floats, Indices, Integers, Mask
+from ..kinematics.types import Complexes, Floats, Indices, Integers, Mask, Scalar
 from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
 from .minimum_zone import grid, largest, times
@@ -85,8 +86,8 @@ def rotates(linkage: Linkage) -> Integers:
 def nearest_to_turning(linkage: Linkage) -> Integers:
     """Select the cranks that turn fully, else the one nearest to it, shape (n,).
 
-    Bit i stands for dyad i.  A crank that is required to turn so drives already before it turns
-    fully.
+    Bit i stands for dyad i.  During refinement a crank that is required to turn fully thus drives
+    before it does.
     """
     margin = rotation_margin(linkage)
     nearest = 1 + np.greater(*np.nan_to_num(margin.T[::-1], nan=-np.inf))
@@ -120,8 +121,8 @@ def transmission_turn(linkage: Linkage) -> Floats:
 def min_transmission_turn(linkage: Linkage, driver: Integers | None = None) -> Floats:
     """Compute the minimum transmission angle over the full turn of the driving crank, (n,) [deg].
 
-    `driver` is its number, as in `Measures.driver`; if not given, of the cranks that turn fully the
-    one that drives better.  NaN where no crank turns fully, or not the one that is given.
+    `driver` is its number, as in `Measures.driver`; by default the crank with the larger angle
+    drives.  NaN where the driving crank, or without `driver` both, cannot turn fully.
     """
     each = transmission_turn(linkage)
     if driver is None:
@@ -147,7 +148,9 @@ def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
     )
 
 
-def _of_kind(kind: Integers, four_bar: Array, slider: Array, slide: Array) -> Array:
+def _of_kind(
+    kind: Integers, four_bar: npt.NDArray[Scalar], slider: npt.NDArray[Scalar], slide: npt.NDArray[Scalar]
+) -> npt.NDArray[Scalar]:
     """Return what belongs to the kind of the driven dyad."""
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
@@ -234,7 +237,7 @@ def measure(
     in_middle: bool = False,
     turning: bool = False,
     inverse: bool = False,
-    driver: Array | None = None,
+    driver: Integers | None = None,
 ) -> Measures:
     """Measure traced guides.
 

@@ -24,12 +24,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..kinematics.batch import Columns
-from ..kinematics.types import Array, Indices, Mask
+from ..kinematics.types import Complexes, Floats, Indices, Mask, Scalar
 
 
 class MinimumZone(NamedTuple):
@@ -62,12 +63,12 @@ class Grid:
         Transformation of values at the nodes to Chebyshev coefficients.
     """
 
-    nodes: Array
-    fine: Array
-    coefficients: Array
+    nodes: Floats
+    fine: Floats
+    coefficients: Floats
 
 
-def times(matrix: Array, values: Array) -> Array:
+def times(matrix: Floats, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """Multiply a real matrix (f, m) by real or complex values (m, ...).
 
     NumPy would make the matrix complex, which takes several times as long.
@@ -82,7 +83,7 @@ def times(matrix: Array, values: Array) -> Array:
 
 
 @lru_cache
-def grid(count: int, kind: Any = float) -> Grid:
+def grid(count: int, kind: object = float) -> Grid:
     """Return the grid of `count` + 1 nodes, in the precision of its paths."""
     pi = 4 * np.arctan(np.longdouble(1))
     j = np.arange(count + 1)
@@ -120,17 +121,17 @@ class Fit(Columns):
         Bound on what the interpolant misses [length].
     """
 
-    deviation: Array
-    stroke: Array
-    start: Array
-    along: Array
-    curvature: Array
-    rise: Array
-    unresolved: Array
+    deviation: Floats
+    stroke: Floats
+    start: Complexes
+    along: Complexes
+    curvature: Floats
+    rise: Floats
+    unresolved: Floats
 
     @property
-    def centre(self) -> Array:
-        """Of the circles; of a line NaN or infinite."""
+    def centre(self) -> Complexes:
+        """Centres of the circles; NaN or infinite for lines."""
         with np.errstate(all="ignore"):
             height = self.rise + 1 / self.curvature
             return np.asarray(self.start + self.along * (0.5 * self.stroke + 1j * height))
@@ -141,7 +142,7 @@ class Fit(Columns):
         return np.asarray(np.abs(self.rise) > MINIMUM_ZONE.wide * 0.5 * self.stroke)
 
 
-def rise_over(stroke: Array, curvature: Array) -> Array:
+def rise_over(stroke: Floats, curvature: Floats) -> Floats:
     """Compute the sagitta of arcs up to a half circle, positive to the left."""
     half = 0.5 * stroke
     return np.asarray(-curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0))))
@@ -153,7 +154,7 @@ def reference(size: int, last: int) -> Indices:
 
 
 def minimum_zone(
-    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None, *, between: bool = False
+    u: Floats, v: Floats, circle: bool, nodes: Grid, held: Floats | None = None, *, between: bool = False
 ) -> Fit:
     """Fit the narrowest strips (`circle` false) or annuli to paths (u, v), (m, n) each.
 
@@ -169,7 +170,7 @@ def minimum_zone(
 
 
 def alternating(
-    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None, index: Indices, *, between: bool = False
+    u: Floats, v: Floats, circle: bool, nodes: Grid, held: Floats | None, index: Indices, *, between: bool = False
 ) -> tuple[Fit, Indices]:
     """Fit minimum zones, and return their alternation points (4, n), of held ones (3, n).
 
@@ -189,7 +190,7 @@ def alternating(
             sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
             curvature = -2 * sagitta / (sagitta**2 + half**2)
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
-        if not circle:  # linear but for its tilt
+        if not circle:  # a strip depends on its position linearly, on its tilt nearly so
             x, y = seen(u, v, np.zeros_like(origin), chord)
             c, error, index = exchange(x, y, index, between=between)
             centre, heading = shifted(origin, chord, c[0], c[1])
@@ -220,28 +221,29 @@ def alternating(
         return Fit(deviation, stroke, first, chord, curvature, rise, unresolved), alternates
 
 
-def _across(slope: Array, error: Array, x: Array) -> Array:
+def _across(slope: Floats, error: Floats, x: Floats) -> Floats:
     """Compute half widths of strips narrowest across the x axis, extremes at x (3, n).
 
-    They are so across themselves too: turned either way a strip grows by half a gap between its
-    extremes per slope. NaN where that is less than what its tilt takes off.
+    Such a strip is narrowest across its own axis too if turning it either way widens it: by half
+    a gap between its extremes per slope, more than the tilt takes off.  NaN where it is not.
     """
     grows = 0.5 * np.abs(np.diff(x, axis=0)).min(0) * (1 + slope**2) >= error * np.abs(slope)
     return np.where(grows, error / np.hypot(1, slope), np.nan)
 
 
-def seen(u: Array, v: Array, origin: Array, along: Array) -> tuple[Array, Array]:
+def seen(u: Floats, v: Floats, origin: Complexes, along: Complexes) -> tuple[Floats, Floats]:
     """Return points along and across the unit vectors `along`, from origins."""
     x, y = u - origin.real, v - origin.imag
     return x * along.real + y * along.imag, y * along.real - x * along.imag
 
 
-def shifted(origin: Array, along: Array, offset: Array, slope: Array) -> tuple[Array, Array]:
+def shifted(origin: Complexes, along: Complexes, offset: Floats, slope: Floats) -> tuple[Complexes, Complexes]:
     """Return origins moved across their directions, and the directions turned."""
-    return origin + 1j * offset * along, along * (1 + 1j * slope) / np.hypot(1, slope)
+    turned: Complexes = along * (1 + 1j * slope)
+    return origin + 1j * offset * along, turned / np.hypot(1, slope)
 
 
-def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
+def polar(x: Floats, y: Floats, curvature: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the signed distance from the circle, X, and 1 + (c X / 2)^2.
 
     See the head of the module.
@@ -251,7 +253,7 @@ def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
     return (2 * y - curvature * (x * x + y * y)) / (1 + root), at, 1 + (0.5 * curvature * at) ** 2
 
 
-def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
+def concentric(x: Floats, y: Floats, curvature: Floats) -> tuple[Floats, Floats, Floats]:
     """Compute the distance from the circle, tan(theta) / c and 1 / cos(theta), at angles theta.
 
     A circle that is moved but keeps its radius changes the distance by (c0 + c1 tan(theta) / c)
@@ -263,8 +265,8 @@ def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Arra
 
 
 def exchange(
-    x: Array, g: Array, index: Indices, by: Array | None = None, peaks: bool = True, between: bool = False
-) -> tuple[Array, Array, Indices]:
+    x: Floats, g: Floats, index: Indices, by: Floats | None = None, peaks: bool = True, between: bool = False
+) -> tuple[Floats, Floats, Indices]:
     """Approximate g uniformly by a polynomial in x of degree len(index) - 2, over `by` (Remez).
 
     With `peaks`, extremes of the reference between the points are read off parabolas; with
@@ -303,19 +305,19 @@ def exchange(
     return c, np.maximum(np.abs(level), noise), index
 
 
-def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
+def _residual(c: Floats, x: Floats, g: Floats, by: Floats | None) -> Floats:
     """Compute the residual of g after subtraction of a polynomial over `by`."""
     found = (c[2] * x + c[1]) * x + c[0] if len(c) == 3 else c[1] * x + c[0]
     return np.asarray(g - (found if by is None else found / by))
 
 
-def _at(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array:
+def _at(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -> Floats:
     """Return the residual at points given by their indices, (k, n)."""
     column = np.arange(index.shape[1])
     return _residual(c, x[index, column], g[index, column], None if by is None else by[index, column])
 
 
-def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -> tuple[Array, Array]:
+def _level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats | None) -> tuple[Floats, Floats]:
     """Solve for the polynomial (over `by`) with alternating errors at the reference."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
@@ -361,7 +363,7 @@ def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indic
     return np.clip(out, 0, last)
 
 
-def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array:
+def _peaks(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -> Floats:
     """Evaluate residuals at the reference, (k, n), inner extremes by parabolas."""
     inner = np.clip(index, 1, len(x) - 2)
     at, low, high = (_at(c, x, g, inner + k, by) for k in (0, -1, 1))
@@ -371,12 +373,12 @@ def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Ar
     return np.where(inner == index, at - gain, np.where(index < inner, low, high))
 
 
-def largest(values: Array) -> Array:
+def largest(values: Floats) -> Floats:
     """Compute the maximum of values (m, n) along paths, refined by parabolas, shape (n,)."""
     return np.asarray((values if len(values) < 3 else raised(values)).max(0))
 
 
-def raised(values: Array) -> Array:
+def raised(values: Floats) -> Floats:
     """Raise local maxima of values (m, n) to those of parabolas."""
     low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high
@@ -386,6 +388,6 @@ def raised(values: Array) -> Array:
     return found
 
 
-def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Mask:
+def resolved(found: Fit, tolerance: float = 1e-4, floor: Floats | float = 4e-16) -> Mask:
     """Return where the interpolant errs by less than `tolerance`, or than rounding, (n,)."""
     return np.asarray(found.unresolved <= tolerance * found.deviation + floor * found.stroke)

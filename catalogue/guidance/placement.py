@@ -247,10 +247,7 @@ def _corrected(
 
 
 def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
-    """Return half windows whose ends are as far apart as `chord` says, beginning with `half`.
-
-    Nothing is fitted.
-    """
+    """Solve for half windows with their ends `chord` apart, starting at `half`; fit nothing."""
     for _ in range(PLACEMENT.rounds):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)
         u, v = guides.path(np.stack([low, high]))

@@ -35,10 +35,14 @@ REACH = ReachOptions()
 class Ladder(Columns):
     """Half strokes of n guides against relative deviation, longest first.
 
-    Each column is a scan of one guide.
-
-    The half strokes that were tried, (strokes, n) [length]; what was traced there, (strokes, n);
-    the middle of the window, in half strokes, (n,).
+    Attributes
+    ----------
+    half : ndarray, shape (strokes, n)
+        Half strokes, a column for each guide [length].
+    traced : Traced, shape (strokes, n)
+        Measurements over these strokes.
+    centre : ndarray, shape (n,)
+        Middles of the windows [half strokes].
     """
 
     half: Floats

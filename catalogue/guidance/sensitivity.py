@@ -156,14 +156,16 @@ class Sensitivity:
     Attributes
     ----------
     pivots : ndarray, shape (n, 2, 2)
-        Largest over the stroke, by dyad and pivot (fixed, moving), for an error of 1 in the worst
-        direction; of a pivot at infinity for an angle of 1 rad [length].
+        Largest displacement over the stroke for an error of 1 of one pivot in its worst direction,
+        by dyad and pivot (fixed, moving); of a pivot at infinity for an angle of 1 rad [length].
     point : ndarray, shape (n,)
-        The same for an error of the guided point in its coupler.
-    worst, rms : ndarray, shape (n,)
-        For errors of all finite pivots and the guided point at once: of 1, each in its worst
-        direction; standard deviation for errors whose coordinates are independent, with standard
-        deviation 1.
+        Largest displacement over the stroke for an error of 1 of the guided point in its coupler.
+    worst : ndarray, shape (n,)
+        Largest displacement for errors of 1 of all finite pivots and the guided point, each in its
+        worst direction.
+    rms : ndarray, shape (n,)
+        Standard deviation of the displacement for independent coordinates of all finite pivots and
+        the guided point with standard deviation 1.
     """
 
     pivots: Floats

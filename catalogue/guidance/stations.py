@@ -85,7 +85,7 @@ class _Dyads(NamedTuple):
         return cls(z[..., 0].T, z[..., 1].T, finite[..., 0].T, finite[..., 1].T)
 
     def twice(self) -> _Dyads:
-        """Return the dyads of all machines, and of all once more."""
+        """Return the dyads of all linkages twice, one copy after the other."""
         return _Dyads(*(np.concatenate([part, part], axis=1) for part in self))
 
     def towards(

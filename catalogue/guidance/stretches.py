@@ -1,9 +1,9 @@
 """Straightest stretches of coupler points over a stroke, and longest ones within a deviation.
 
-Over a stroke the windows with the least deviation are sought (`least`): what no bound of a cell
-(`cells`) excludes is measured, and moved on.  Within a deviation windows are grown until they have
-it; then windows a little longer than the longest are sought in the same way, and grown, until none
-is within the deviation.  So neither answer refutes the other.
+`least` searches for windows of a stroke with the least deviation: bounds of cells (`cells`) exclude
+most windows, the others are measured and moved along their curves.  `longest` grows windows until
+their deviations reach the tolerance, then searches for windows a little longer than the longest and
+grows them, until none is within the tolerance.  The two answers are therefore consistent.
 """
 
 from __future__ import annotations
@@ -79,11 +79,11 @@ class Extension(NamedTuple):
     gain: float = 1e-7
     #: Short over long trial move in the final search, which moves both ends of a window.
     shorter: float = 1 / 8
-    #: directions of these moves: eight miss a ridge of the deviation between two of them
+    #: directions of the trial moves: with eight, a ridge of the deviation can lie between two
     directions: int = 16
-    first: float = 1 / 64  #: first length of these moves [windows]
-    last: float = 1e-4  #: last length of these moves [windows]
-    most: int = 20  #: most such moves
+    first: float = 1 / 64  #: length of the first trial moves [windows]
+    last: float = 1e-4  #: length of the last trial moves [windows]
+    most: int = 20  #: most rounds of trial moves
 
 
 EXTENSION = Extension()
@@ -174,7 +174,7 @@ def longest(
 ) -> Stretches:
     """Find the longest stretches within deviations (k,) [length].
 
-    With 1 the longest of each linkage.
+    With a `count` of 1 the search is quick, and finds the longest stretch of each linkage.
     """
     quick = count == 1
 
@@ -247,13 +247,13 @@ class _Growing:
         self.power, self.last, self.reach = np.full(n, 3.0), at, at.stroke
 
     def keep(self, some: Indices) -> None:
-        """Go on with some windows only."""
+        """Drop all windows but some."""
         self.at, self.by, self.allowed, self.best = self.at[some], self.by[some], self.allowed[some], self.best[some]
         self.beyond, self.power, self.last = self.beyond[some], self.power[some], self.last[some]
         self.reach = self.reach[some]
 
     def finer(self) -> None:
-        """Measure on the finer grid what holds; what does not on that grid is sought anew."""
+        """Measure feasible strokes on the finer grid; reopen those infeasible on it."""
         self.best, self.beyond = self.seek.measured(self.best, WINDOW.finer), np.full(len(self.beyond), np.inf)
         self.best = replace(self.best, stroke=np.where(self.best.deviation <= self.allowed, self.best.stroke, 0.0))
 
@@ -296,8 +296,8 @@ class _Growing:
 def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     """Extend windows within deviations (n,), moving each end and both.
 
-    Where a path turns back, or an open circuit ends, few of the windows that only move along are
-    any good.
+    Ends move separately as well: where a path turns back, or an open circuit ends, moving a window
+    along seldom makes it longer.
     """
     by, some = EXTENSION.first * (at.high - at.low), np.arange(len(at.low))
     for _ in range(EXTENSION.most):

@@ -125,7 +125,7 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, SWEPT_AREA.stations))
     amount = largest(reduce(np.maximum, (side * area.outside(z) for z in places)))
     some = np.flatnonzero(amount <= 0)
-    if len(some):  # between the places that are looked at
+    if len(some):  # a crossing may lie between two stations
         near = swept[:, some]
         more = np.fmax.reduce((side * area.outside(_between(area, near))).max(axis=-1), axis=(0, 2))
         passed = np.where(more > 0, more, SWEPT_AREA.grazed * np.abs(near).max((0, 2, 3)))

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kinematics.batch import Columns
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve, coupler_curve
 from .cusped_zone import cusped_zone
 from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved, seen
@@ -45,19 +45,25 @@ LEAST_SURE = (1e-2, 1e-13)
 
 @dataclass(frozen=True)
 class Traced(Columns):
-    """What was measured of n guides: the fit, in the frame of the linkage.
+    """Measurements of n guides over their windows.
 
-    The shift (n,), complex, of the guided point from where it was given, in the reference
-    position [length]; the window low ... high, (n,) each, of the parameter.
+    Attributes
+    ----------
+    fit : Fit of n
+        Best line or circle, in the frame of the linkage.
+    shift : ndarray, complex, shape (n,)
+        Displacement of the guided point from its given place, in the reference position [length].
+    low, high : ndarray, shape (n,)
+        Parameters at the ends of the window.
     """
 
     fit: Fit
-    shift: Array
-    low: Array
-    high: Array
+    shift: Complexes
+    low: Floats
+    high: Floats
 
     @property
-    def relative(self) -> Array:
+    def relative(self) -> Floats:
         """Deviation over stroke."""
         with np.errstate(all="ignore"):
             return self.fit.deviation / self.fit.stroke
@@ -77,13 +83,13 @@ class Traced(Columns):
 
 def trace(
     guides: CouplerCurve,
-    half: Array,
+    half: Floats,
     *,
     circle: bool,
     split: bool,
-    centre: Array | float = 0.0,
+    centre: Floats | float = 0.0,
     nodes: int = 32,
-    held: Array | None = None,
+    held: Floats | None = None,
 ) -> Traced:
     """Trace guides over windows of their paths and fit circles or straight lines.
 
@@ -129,7 +135,7 @@ def trace(
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
-def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
+def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Floats | None = None) -> Traced:
     """Measure guides over their windows on another grid, with interpolated extremes."""
     low, high = traced.low.astype(float), traced.high.astype(float)
     return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held, between=True)
@@ -144,13 +150,13 @@ def over(
 
 def _measure(
     guides: CouplerCurve,
-    low: Array,
-    high: Array,
-    half: Array,
+    low: Floats,
+    high: Floats,
+    half: Floats,
     circle: bool,
     split: bool,
     nodes: int,
-    held: Array | None,
+    held: Floats | None,
     *,
     between: bool = False,
 ) -> Traced:
@@ -177,14 +183,14 @@ def _measure(
     return Traced(placed, shift, low, high)
 
 
-def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = None, *, between: bool = False) -> Fit:
+def _fit(u: Floats, v: Floats, circle: bool, points: Grid, held: Floats | None = None, *, between: bool = False) -> Fit:
     """Fit the paths that run forward all the way."""
     return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held, between=between)
 
 
 def _split_again(
-    found: Fit, shift: Array, poor: Mask, paths: tuple[Array, ...], half: Array, circle: bool, points: Grid
-) -> tuple[Fit, Array]:
+    found: Fit, shift: Complexes, poor: Mask, paths: tuple[Floats, ...], half: Floats, circle: bool, points: Grid
+) -> tuple[Fit, Complexes]:
     """Retry splittings that did not reduce the error with a shorter step, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
@@ -202,8 +208,8 @@ def _split_again(
 
 
 def _straightened(
-    u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
-) -> tuple[Array, Array, Array, Array]:
+    u: Floats, v: Floats, cos: Floats, sin: Floats, half: Floats, circle: bool, points: Grid, leash: float
+) -> tuple[Floats, Floats, Complexes, Floats]:
     """Return the split paths (u, v), the shift of the point, and the previous error."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
@@ -217,8 +223,8 @@ def _straightened(
 
 
 def _step(
-    u: Array, v: Array, cos: Array, sin: Array, half: Array, curvature: Array, to_chebyshev: Array, leash: float
-) -> tuple[Array, Array]:
+    u: Floats, v: Floats, cos: Floats, sin: Floats, half: Floats, curvature: Floats, to_chebyshev: Floats, leash: float
+) -> tuple[Complexes, Floats]:
     """Compute the shift of the guided point to the straightest path, and the error without it.
 
     With a curvature, to the path closest to a circle of it.
@@ -252,7 +258,7 @@ def _step(
         return np.where(np.isfinite(step) & ~(error <= SPLITTING.straight * half), step, 0), error
 
 
-def _bend(u: Array, v: Array) -> Array:
+def _bend(u: Floats, v: Floats) -> Floats:
     """Compute the curvature of circles through ends and middles of paths, left positive, (n,)."""
     chord = u[-1] - u[0] + 1j * (v[-1] - v[0])
     middle = len(u) // 2

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..kinematics.types import Array, Floats, Indices
+from ..kinematics.types import Floats, Indices
 
 
 class UniformFit(NamedTuple):
@@ -102,7 +102,7 @@ def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     return _through(terms, rest, np.abs(weights).argmax(0)), level, weights
 
 
-def _cross(a: Array, b: Array) -> Array:
+def _cross(a: Floats, b: Floats) -> Floats:
     """Return the cross products of pairs (2, ...)."""
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 

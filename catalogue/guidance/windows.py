@@ -117,7 +117,7 @@ class Stretches(Rows):
 class Search:
     """Search for windows of coupler curves.
 
-    All results but that of `numbered` count the circuits from 0 within `curves`.
+    Results number the circuits by their rows in `curves`; `numbered` restores the original numbers.
     """
 
     curves: Curves
@@ -126,7 +126,7 @@ class Search:
     quick: bool
 
     def cells(self, stroke: Floats, which: Indices | None = None) -> Cells:
-        """Return the cells of curves, of all or of those numbers, for one stroke each."""
+        """Return the cells of curves, all or those numbered `which`, for one stroke each."""
         which = np.arange(len(self.curves)) if which is None else which
         return cells_of(self.curves, stroke, which, self.circle, self.radius)
 
@@ -248,7 +248,7 @@ class Search:
         return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
-        """Select locally straightest windows and others about them, with their spacing [rad]."""
+        """Shift windows to the least deviations nearby; return the spacing too [rad]."""
         if not len(at.low):
             return at, np.zeros(0)
         count, kept = ABOUT[self.quick]
@@ -301,7 +301,7 @@ class Search:
 
     @property
     def owner(self) -> Indices:
-        """For each curve what its windows compete for: the linkage, in a thorough search itself."""
+        """Group in which windows of a curve compete: its linkage, or the curve if thorough."""
         if not self.quick:
             return np.arange(len(self.curves))
         return np.asarray(np.unique(self.curves.circuits.of, return_inverse=True)[1])
@@ -343,8 +343,8 @@ class Search:
                 tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
-            # the nearest of those alike: at the end of an open circuit windows that would pass it
-            # are one
+            # take the shortest move of equal deviation: all moves past the end of an open circuit
+            # give one window
             best = np.argmax(off <= off.min(0) * (1 + WINDOW.close), axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)

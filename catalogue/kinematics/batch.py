@@ -40,7 +40,7 @@ def mapped(function: Any, *batches: Any) -> Any:
     return function(*batches)
 
 
-def take(batch: T, index: Any) -> T:
+def take(batch: T, index: object) -> T:
     """Select rows of a batch.
 
     Parameters
@@ -71,7 +71,7 @@ def put(batch: T, where: Mask | Indices, by: T) -> T:
 class Rows:
     """A dataclass of arrays of shape (n, ...)."""
 
-    def __getitem__(self, index: Any) -> Self:
+    def __getitem__(self, index: object) -> Self:
         return take(self, index)
 
 

@@ -18,7 +18,7 @@ Source: Grashof 1883 for the conditions.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -47,7 +47,7 @@ class Carriers(Protocol):
     @property
     def is_immobile(self) -> Mask: ...
     def __len__(self) -> int: ...
-    def __getitem__(self, index: Any, /) -> Self: ...
+    def __getitem__(self, index: object, /) -> Self: ...
     def pose(self, s: Floats) -> Pose: ...
 
 

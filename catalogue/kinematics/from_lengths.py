@@ -27,7 +27,6 @@ Source: the usual closures by two circles, or a circle and a line.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -50,7 +49,7 @@ POSITION = ("angle", "branch")
 POINT = ("x", "y", "along", "across")
 
 
-def from_lengths(links: Mapping[str, Any]) -> Linkage:
+def from_lengths(links: Mapping[str, object]) -> Linkage:
     """Return linkages from the lengths of their links.
 
     Parameters
@@ -75,7 +74,7 @@ def from_lengths(links: Mapping[str, Any]) -> Linkage:
     return _closed(_numbers(links))
 
 
-def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
+def guide_from_lengths(links: Mapping[str, object]) -> tuple[Linkage, Complexes]:
     """Build linkages from link lengths, with guided points (n,), NaN if not given.
 
     The points are given by ``x`` and ``y``, or by ``along`` and ``across``.  Without ``angle`` the
@@ -103,7 +102,7 @@ def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
     return linkage, np.broadcast_to(place, len(linkage)).astype(complex)
 
 
-def _numbers(links: Mapping[str, Any]) -> dict[str, Floats]:
+def _numbers(links: Mapping[str, object]) -> dict[str, Floats]:
     """Return what stands under each name as numbers, shape (n,) each."""
     given = {}
     for name, value in links.items():

@@ -67,8 +67,8 @@ def _of_coupler(circuits: Circuits, point: Complexes) -> Floats:
     both, none = finite.all(1), ~finite.any(1)
     i = np.argmax(finite, axis=1)  # a finite moving pivot, or of two slots the first
     rows = np.arange(len(i))
-    here = np.where(none, z[:, 0, 0], z[rows, i, 1])
-    ray = np.where(both, z[:, 1, 1] - here, np.where(none, z[:, 1, 0] - here, z[rows, 1 - i, 1]))
+    here: Complexes = np.where(none, z[:, 0, 0], z[rows, i, 1])
+    ray: Complexes = np.where(both, z[:, 1, 1] - here, np.where(none, z[:, 1, 0] - here, z[rows, 1 - i, 1]))
     away, unit = point - here, ray / np.maximum(np.abs(ray), np.finfo(float).tiny)
     along, across = dot(unit, away), cross(unit, away)
     off = cross(unit, z[rows, 1 - i, 0] - here)  # of the slot from the moving pivot

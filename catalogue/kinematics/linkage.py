@@ -28,7 +28,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidLinkage
 from ..given import doubles
-from .types import Array, Complexes, Floats, Integers, Mask
+from .types import Array, Complexes, Floats, Integers, Mask, Objects, Texts
 
 RR = 0  #: crank
 PR = 1  #: slider on a rail
@@ -170,7 +170,7 @@ class Linkage:
         return np.where(finite.all(-1), RR, np.where(finite[..., 1], PR, RP))
 
     @cached_property
-    def family(self) -> Array:
+    def family(self) -> Texts:
         """Family name of each linkage, shape (n,)."""
         return np.asarray(_NAME[self.dyads[:, 0], self.dyads[:, 1]], dtype=str)
 
@@ -266,7 +266,7 @@ def _read(pivots: npt.ArrayLike) -> Floats:
     return given.reshape(-1, 2, 2, 3)
 
 
-def _completed(given: Any) -> Any:
+def _completed(given: object) -> Any:
     """Return nested sequences with w = 1 after each x, y."""
     if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str | bytes):
         return given
@@ -293,7 +293,7 @@ def refuse(wrong: Array) -> None:
         raise InvalidLinkage(f"linkage {bad[0]}: {wrong[bad[0]]}{more}")
 
 
-def faults(pivots: Floats) -> Array:
+def faults(pivots: Floats) -> Objects:
     """Find what is wrong with pivots.
 
     Parameters

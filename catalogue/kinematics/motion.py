@@ -42,7 +42,7 @@ import numpy as np
 
 from .batch import Columns
 from .linkage import PR, RP, RR, Linkage, homogeneous
-from .types import Array, Floats, Mask
+from .types import Complexes, Floats, Integers, Mask
 
 #: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's
 #: constant g/t, N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common
@@ -50,7 +50,7 @@ from .types import Array, Floats, Mask
 H, G, N, K, J2, B_X, B_Y = range(7)
 
 
-def coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
+def coupler_chart(z: Complexes, w: Floats) -> tuple[Floats, ...]:
     """Set up the forms of the coupler chart, y = d: circle of dyad 1, line from dyad 2.
 
     Returns forms, limit E, its lower and upper bound, scale of K, coefficient of the circle.
@@ -74,7 +74,7 @@ def coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
     return np.stack(forms), limit, low, high, long * long2, a
 
 
-def crank_chart(z: Array, w: Array, kind: Array) -> tuple[Array, ...]:
+def crank_chart(z: Complexes, w: Floats, kind: Integers) -> tuple[Floats, ...]:
     """Set up the forms of a crank chart, y = x: unit circle of 1 + x, line from dyad 2.
 
     The origin is the moving pivot of the crank.  Returns as `coupler_chart`.
@@ -95,17 +95,17 @@ def crank_chart(z: Array, w: Array, kind: Array) -> tuple[Array, ...]:
     return np.stack(forms), limit, low, high, scale, np.ones_like(w0)
 
 
-def _real(c: Array) -> Array:
+def _real(c: Complexes) -> Floats:
     """Coefficients of (1, Re xi, Im xi) in Re(c xi)."""
     return np.stack([np.zeros_like(c.real), c.real, -c.imag])
 
 
-def _complex(p: tuple[Array, Array]) -> Array:
+def _complex(p: tuple[Complexes, Complexes]) -> Complexes:
     """Coefficients of (1, Re xi, Im xi) in p0 + p1 xi."""
     return np.stack([p[0], p[1], 1j * p[1]])
 
 
-def _product(p: tuple[Array, Array], q: tuple[Array, Array]) -> Array:
+def _product(p: tuple[Complexes, Complexes], q: tuple[Complexes, Complexes]) -> Complexes:
     """Multiply conj(p0 + p1 xi) by q0 + q1 xi: coefficients of (1, Re xi, Im xi).
 
     |xi|^2 = -2 Re xi.
@@ -114,12 +114,12 @@ def _product(p: tuple[Array, Array], q: tuple[Array, Array]) -> Array:
     return np.stack([p[0].conj() * q[0], first + second - 2 * p[1].conj() * q[1], 1j * (first - second)])
 
 
-def _polynomial(f: Array) -> Array:
+def _polynomial(f: Floats) -> Floats:
     """Coefficients of (1, t, t^2) in (1 + t^2) f, where f is linear in xi."""
     return np.stack([f[0], 2 * f[2], f[0] - 2 * f[1]])
 
 
-def _over_t(f: Array) -> Array:
+def _over_t(f: Floats) -> Floats:
     """Compute (1 + t^2) f / t: coefficients of (1, t, t^2).
 
     f is linear in xi, and 0 at t = 0.
@@ -127,7 +127,7 @@ def _over_t(f: Array) -> Array:
     return np.stack([2 * f[2], -2 * f[1], np.zeros_like(f[0])])
 
 
-def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
+def nearest(form: Floats, low: Floats, high: Floats, side: int) -> Floats:
     """Find the nearest t on one side of 0 where a form reaches a limit.
 
     The side is 1 or -1; infinite where the form reaches none.
@@ -145,8 +145,8 @@ def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
 
 
 def at_change(
-    forms: Array, circle: Array, unit: Array, origin: Array, pole: Array, change: Mask
-) -> tuple[Array, Array]:
+    forms: Floats, circle: Floats, unit: Floats, origin: Complexes, pole: Complexes, change: Mask
+) -> tuple[Floats, Floats]:
     """Divide K by t at change points and select the branch by the pole."""
     k = forms[K]
     forms = forms.copy()
@@ -164,7 +164,7 @@ def at_change(
     return forms, branch
 
 
-def crossed(forms: Array, scale: Array) -> Mask:
+def crossed(forms: Floats, scale: Floats) -> Mask:
     """Tell where the constant of the circle vanishes as well as K, shape (n,).
 
     With K = 0 alone the rays are parallel but not on one line.
@@ -173,7 +173,7 @@ def crossed(forms: Array, scale: Array) -> Mask:
     return np.asarray(np.abs(g * n - j2 * h) <= 1e-9 * (np.abs(g * n) + np.abs(j2 * h)) + 1e-10 * scale**2)
 
 
-def divided_constant(forms: Array) -> Array:
+def divided_constant(forms: Floats) -> Floats:
     """Compute  (g N - 2 J h)/t  at a change point: coefficients, shape (3, n).
 
     The numerator has no constant term there.
@@ -188,12 +188,12 @@ def divided_constant(forms: Array) -> Array:
     )
 
 
-def crossing(forms: Array, circle: Array, branch: Array) -> Array:
+def crossing(forms: Floats, circle: Floats, branch: Floats) -> Floats:
     """Return q at t = 0 of linkages at a change point, shape (n,)."""
     return root_of(forms[H, 0], forms[K, 0], divided_constant(forms)[0], circle, branch)
 
 
-def root_of(h: Array, k: Array, divided: Array, circle: Array, branch: Array) -> Array:
+def root_of(h: Floats, k: Floats, divided: Floats, circle: Floats, branch: Floats) -> Floats:
     """Compute q of linkages at a change point, with the common powers of t divided out."""
     mixed = circle * h * h + divided
     with np.errstate(all="ignore"):
@@ -218,19 +218,19 @@ class Pose(NamedTuple):
     d and x have shape (m, n), the origin (n,).
     """
 
-    d: Array
-    x: Array
-    origin: Array
+    d: Complexes
+    x: Complexes
+    origin: Complexes
 
-    def point(self, z: Array) -> Array:
+    def point(self, z: Complexes | Floats) -> Complexes:
         """Return where coupler points (n,) are, shape (m, n)."""
         return np.asarray(z + self.d + self.x * (z - self.origin))
 
-    def direction(self, z: Array) -> Array:
+    def direction(self, z: Complexes) -> Complexes:
         """Return what coupler directions (n,) have become, shape (m, n)."""
         return np.asarray((1 + self.x) * z)
 
-    def pivot(self, linkage: Linkage, i: int) -> Array:
+    def pivot(self, linkage: Linkage, i: int) -> Complexes:
         """Compute the position of moving pivot i, or its direction if at infinity, shape (m, n)."""
         z = linkage.points[:, i, 1]
         return np.where(linkage.finite[:, i, 1], self.point(z), self.direction(z))
@@ -271,17 +271,17 @@ class Motion(Columns):
     """
 
     linkage: Linkage
-    chart: Array
-    conditioning: Array
-    interval: Array
-    forms: Array
-    circle: Array
-    origin: Array
-    lever: Array
-    unit: Array
-    branch: Array
+    chart: Integers
+    conditioning: Floats
+    interval: Floats
+    forms: Floats
+    circle: Floats
+    origin: Complexes
+    lever: Complexes
+    unit: Floats
+    branch: Floats
 
-    def point(self, z: Array, along: Array | None = None) -> Path:
+    def point(self, z: Complexes, along: Complexes | None = None) -> Path:
         """Return the paths of coupler points.
 
         Parameters
@@ -301,7 +301,7 @@ class Motion(Columns):
         crank = self.chart != COUPLER
         return self._path(np.where(crank, 0j, 1), np.where(crank, 1, 0j))
 
-    def pose(self, t: Array) -> Pose:
+    def pose(self, t: Floats) -> Pose:
         """Return the poses at the parameters t (m, n)."""
         t = np.asarray(t)
         re, im = self._path(np.zeros_like(self.lever), np.ones_like(self.lever))(t)
@@ -309,7 +309,7 @@ class Motion(Columns):
         crank = self.chart != COUPLER
         return Pose(np.where(crank, self.lever * xi, y), np.where(crank, y, xi), self.origin)
 
-    def _path(self, linear: Array, factor: Array) -> Path:
+    def _path(self, linear: Complexes, factor: Complexes) -> Path:
         """Return  linear xi + factor y  as a path."""
         turned = factor * self.unit * (self.forms[B_X] + 1j * self.forms[B_Y])
         extra = np.stack([2j * linear, -2 * linear, 0 * linear])
@@ -319,7 +319,7 @@ class Motion(Columns):
         return Path(rows, self.circle, self.branch)
 
     @cached_property
-    def velocity(self) -> tuple[Array, Array]:
+    def velocity(self) -> tuple[Complexes, Complexes]:
         """(dd/dt, dx/dt) in the reference position, complex, shape (n,) each."""
         h, g, n, k, j2, b_x, b_y = self.forms[:, 0]
         with np.errstate(all="ignore"):
@@ -330,7 +330,7 @@ class Motion(Columns):
         crank = self.chart != COUPLER
         return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
 
-    def velocity_of(self, z: Array) -> Array:
+    def velocity_of(self, z: Complexes) -> Complexes:
         """Compute velocities of coupler points z in the reference position.
 
         Complex, shape (n,), per unit of the parameter t.
@@ -346,16 +346,16 @@ class Path(Columns):
     NaN beyond a turning point of the chart.
     """
 
-    forms: Array  # (9, 3, n), at change points (10, 3, n)
-    circle: Array
-    branch: Array
+    forms: Floats  # (9, 3, n), at change points (10, 3, n)
+    circle: Floats
+    branch: Floats
 
-    def __call__(self, t: Array) -> tuple[Array, Array]:
+    def __call__(self, t: Floats) -> tuple[Floats, Floats]:
         """Return the displacement (u, v), each (m, n), at the parameters t (m, n)."""
         c = self.forms
         return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
 
-    def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
+    def window(self, low: Floats, high: Floats, nodes: Floats) -> tuple[Floats, Floats]:
         """Compute displacements over windows of the parameter.
 
         Parameters
@@ -385,7 +385,7 @@ class Path(Columns):
         powers = np.stack([np.ones_like(nodes), nodes, nodes * nodes], axis=1)
         return self._solve(powers @ shifted, middle + half * nodes[:, None])
 
-    def _solve(self, forms: Array, t: Array) -> tuple[Array, Array]:
+    def _solve(self, forms: Floats, t: Floats) -> tuple[Floats, Floats]:
         """Intersect circle and line; forms (9 or 10, m, n), t (m, n).  `forms` is overwritten."""
         h, g, n, k, j2, b_x, b_y, l_x, l_y = forms[:9]
         mixed = (self.circle * t * h - j2) * h
@@ -419,10 +419,10 @@ class Path(Columns):
 
 def motion(
     linkage: Linkage,
-    chart: Array | int,
-    origin: Array | None = None,
+    chart: Integers | int,
+    origin: Complexes | None = None,
     dtype: Any = float,
-    pole: Array | None = None,
+    pole: Complexes | None = None,
 ) -> Motion:
     """Set up the motion of n linkages in charts.
 

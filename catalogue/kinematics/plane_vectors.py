@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .types import Array, Floats
+from .types import Complexes, Floats
 
 
-def dot(a: Array, b: Array) -> Floats:
+def dot(a: Complexes, b: Complexes) -> Floats:
     """Scalar product of plane vectors, as the real part of their complex product."""
     return np.asarray((np.conj(a) * b).real)
 
 
-def cross(a: Array, b: Array) -> Floats:
+def cross(a: Complexes, b: Complexes) -> Floats:
     """Vector product of plane vectors."""
     return np.asarray((np.conj(a) * b).imag)

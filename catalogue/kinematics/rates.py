@@ -26,7 +26,7 @@ import numpy as np
 from .batch import Rows
 from .linkage import RP, RR, Linkage
 from .plane_vectors import dot
-from .types import Array, Complexes, Floats, Integers
+from .types import Complexes, Floats, Integers
 
 #: Dead point of the drive: largest determinant of the three equations, relative to its terms.  It
 #: is the sine of the angle between driving and driven ray times coupler length over size.
@@ -51,7 +51,7 @@ class Rates(Rows):
     omega: Floats
     alpha: Floats
 
-    def velocity_of(self, z: Array) -> Complexes:
+    def velocity_of(self, z: Complexes) -> Complexes:
         """Return the velocities of coupler points z, shape (..., n) [length/rad]."""
         return np.asarray(self.velocity + 1j * self.omega * (z - self.origin))
 

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 #: An array of any type; the docstring states which.
 Array = npt.NDArray[Any]
+#: Real numbers.  Where a path needs more digits they are in extended precision, unseen by the types:
+#: those of NumPy lose track of arithmetic with numbers of any precision.
 Floats = npt.NDArray[np.float64]
-#: Points and vectors of the plane, x + iy.
+#: Points and vectors of the plane, x + iy; in extended precision with such numbers.
 Complexes = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
 #: Numbers of rows, as `numpy.flatnonzero` gives them.
 Indices = npt.NDArray[np.intp]
 #: Other whole numbers: orders, kinds of dyads, charts, counts.
 Integers = npt.NDArray[np.intp]
+Texts = npt.NDArray[np.str_]
+#: Real or complex, the same in argument and result.
+Scalar = TypeVar("Scalar", bound=np.inexact)
+Objects = npt.NDArray[np.object_]
 
 
 def read_only(given: npt.ArrayLike) -> Array:

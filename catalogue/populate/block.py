@@ -15,7 +15,7 @@ from ..curvature_theory.analysis import DEGENERATE
 from ..curvature_theory.instant import Instant
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Indices
+from ..kinematics.types import Indices, Texts
 from ..series.sampling import BLOCK, PLAN, draw
 from ..series.series import Series
 from .cover import cells_of, designs, order
@@ -84,7 +84,7 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
     return Block(batch, mechanisms, guides, reaches)
 
 
-def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tuple[Columns, Columns]:
+def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tuple[Columns, Columns]:
     """Trace candidates in order until enough reach a level; return columns of guides and reaches.
 
     First as many as are likely to suffice are traced, then more until there are enough, or the rest

@@ -24,7 +24,7 @@ import numpy as np
 from ..candidates.select import in_every_pose
 from ..guidance.kinds import RETURNS, STRAIGHT
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Array, Complexes, Floats, Integers, Mask, Objects
 from .rows import at_design
 
 
@@ -52,11 +52,11 @@ class Designs:
     """What n guides are at the design position."""
 
     points: Array  # unit vectors to the pivots of both dyads and to the centre of the nominal, shape (n, 5, 3)
-    kind: Array
+    kind: Objects
     weight: Floats  # how much being covered badly counts, up to 1
 
 
-def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:
+def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Objects, pole: Mask) -> Designs:
     """Describe n guides as designs, in the canonical frame; slots by their inverse motion.
 
     Parameters
@@ -89,7 +89,7 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, 
     return Designs(vectors.astype(np.float32), kind, weight)
 
 
-def order(designs: Designs, cells: Array) -> Iterator[int]:
+def order(designs: Designs, cells: Integers) -> Iterator[int]:
     """Yield the next of n designs: first the soundest of each cell, then the worst covered ones.
 
     `cells` (n,) are the numbers of the cells.  A cell keeps a member even if it is close to another
@@ -117,7 +117,7 @@ def order(designs: Designs, cells: Array) -> Iterator[int]:
         gap[i] = 0.0
 
 
-def cells_of(*columns: Array) -> Array:
+def cells_of(*columns: Array) -> Integers:
     """Return the number of each distinct row of some columns of text, shape (n,)."""
     rows = zip(*(column.tolist() for column in columns), strict=True)
     numbers: dict[tuple[str, ...], int] = {}

@@ -34,8 +34,8 @@ class Held(NamedTuple):
 class Source:
     """The blocks of one member, in order.
 
-    Each block has `BLOCKS.most` guides, the last one the missing rest.  If a larger build
-    continues, blocks that were cut are `short`: they are removed and made again.
+    Each block has `BLOCKS.most` guides, the last one fewer if fewer are missing.  When a larger
+    build continues the file, such blocks are `short`: they are removed and made again.
     """
 
     series: Series
@@ -43,12 +43,12 @@ class Source:
     member: Member
     target: int
     held: dict[int, Held]
-    asked: list[Future[Block]] = field(default_factory=list)  # the next ones, which are being made
+    asked: list[Future[Block]] = field(default_factory=list)  # blocks in progress, in order
     next: int = 0
     guides: int = 0
     barren: int = 0
-    failure: str = ""  # why it is left out
-    lost: bool = False  # by no fault of its own: the build is not complete without it
+    failure: str = ""  # reason for leaving the member out
+    lost: bool = False  # a worker failed, not the member: the build stays incomplete
     short: list[int] = field(default_factory=list)
 
     @property

@@ -140,8 +140,8 @@ def _of_one_nominal(
     best = _longest(reaches, step, steps, least, circle)
     if not (best >= 0).any():
         return None
-    # a reach that is the longest at looser levels too, a fourth of the rows, is stored at each of
-    # them: a search reads a level or two, and would miss guides that are better than was asked
+    # a reach that is the longest at several levels is stored at each: a search reads one or two
+    # levels, and would miss it elsewhere; a fourth of the rows are such copies
     step, guide = np.nonzero(best >= 0)
     reaches = take(reaches, best[step, guide]) | {"level": steps[step]}
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm

@@ -287,14 +287,14 @@ class Constraints:
         return [f.name for f in fields(self) if getattr(self, f.name) != f.default]
 
 
-def _acute(name: str, given: Any) -> float:
+def _acute(name: str, given: object) -> float:
     angle = number(name, given, "between 0 and 90 degrees")
     if not 0 <= angle < 90:
         raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {angle:g}")
     return angle
 
 
-def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
+def _two_points(name: str, given: object) -> tuple[tuple[float, float], ...]:
     """Parse two points: ((x, y), (x, y)) or (x, y, x, y)."""
     try:
         values = doubles(given)

@@ -72,7 +72,7 @@ def to_dict(request: Request) -> dict[str, Any]:
     return found
 
 
-def from_dict(given: Mapping[str, Any]) -> Request:
+def from_dict(given: Mapping[str, object]) -> Request:
     """Build a request from a mapping; see `Request.from_dict`."""
     if not isinstance(given, Mapping):
         raise InvalidRequest(f"a request must be a mapping of names to values, not {quoted(given)}")
@@ -130,7 +130,7 @@ def to_row(request: Request) -> dict[str, Any]:
 class _Reading:
     """Values of a mapping, converted by their names."""
 
-    def __init__(self, given: Mapping[str, Any]) -> None:
+    def __init__(self, given: Mapping[str, object]) -> None:
         self._given: dict[str, tuple[Any, str | None]] = {}
         for key, value in given.items():
             head = _HEAD.fullmatch(str(key))
@@ -151,7 +151,7 @@ class _Reading:
             found["unit"] = self.unit
         return found
 
-    def _value(self, name: str, value: Any, unit: str | None) -> Any:
+    def _value(self, name: str, value: object, unit: str | None) -> Any:
         with_unit = ((_LENGTH_NAMES, self._length), (_PLACE_NAMES, self._places), ({"keep_out"}, self._zones))
         for names, read in with_unit:
             if name in names:
@@ -162,7 +162,7 @@ class _Reading:
                 return convert(name, value)
         return self._desires(value) if name == "desires" else value
 
-    def _length(self, name: str, value: Any, unit: str | None = None) -> Any:
+    def _length(self, name: str, value: object, unit: str | None = None) -> Any:
         """Convert a length; `unit` is that of the head of its column."""
         if unit is None and not isinstance(value, str):
             return value
@@ -182,7 +182,7 @@ class _Reading:
         self.unit = self.unit or base
         return float(size * factor(base, self.unit))
 
-    def _places(self, name: str, value: Any, unit: str | None) -> Any:
+    def _places(self, name: str, value: object, unit: str | None) -> Any:
         """Convert lengths in text or nested lists; six or more in a row are points of a polygon."""
         if isinstance(value, str):
             value = value.replace(",", " ").split()
@@ -202,7 +202,7 @@ class _Reading:
             zones = [parts]  # the numbers of one
         return [self._places(name, zone, unit) for zone in zones] if parts else zones
 
-    def _desires(self, value: Any) -> Any:
+    def _desires(self, value: object) -> Any:
         if isinstance(value, str):
             value = [part for part in value.split(";") if part.strip()]
         if not isinstance(value, Mapping):
@@ -210,18 +210,18 @@ class _Reading:
             value = {name.strip(): numbers.split(":") for name, _, numbers in texts}
         return {name: self._desire(f"desires {name}", name, numbers) for name, numbers in value.items()}
 
-    def _desire(self, told: str, name: str, numbers: Any) -> list[Any]:
+    def _desire(self, told: str, name: str, numbers: object) -> list[Any]:
         parts = [part.strip() if isinstance(part, str) else part for part in listed(numbers) or ()]
         ends = [_angle(told, one) if name == "transmission" else self._length(told, one) for one in parts[:2]]
         return ends + [_plain_number(told, one) for one in parts[2:]]
 
 
-def _is_given(value: Any) -> bool:
+def _is_given(value: object) -> bool:
     """Tell whether a cell of a table is filled."""
     return value is not None and value != "" and not (isinstance(value, float) and math.isnan(value))
 
 
-def _switch(name: str, value: Any) -> bool:
+def _switch(name: str, value: object) -> bool:
     word = str(value).strip().lower()
     if not isinstance(value, str) and word not in ("1.0", "0.0"):  # a column with gaps is of floats
         return switch(name, value)
@@ -230,7 +230,7 @@ def _switch(name: str, value: Any) -> bool:
     return word in (*_TRUE, "1.0")
 
 
-def _plain_number(name: str, value: Any) -> Any:
+def _plain_number(name: str, value: object) -> Any:
     """Convert a number in text; a whole one of a column with gaps to int."""
     if isinstance(value, str):
         found = length_in(value)
@@ -240,14 +240,14 @@ def _plain_number(name: str, value: Any) -> Any:
     return int(value) if name in _WHOLE and isinstance(value, float) and value.is_integer() else value
 
 
-def _angle(name: str, value: Any) -> Any:
+def _angle(name: str, value: object) -> Any:
     found = angle_in(value) if isinstance(value, str) else value
     if found is None:
         raise InvalidRequest(f"{name}: {quoted(value)} is no angle: write 30, 30deg or 0.5rad")
     return found
 
 
-def _names(name: str, value: Any) -> Any:  # noqa: ARG001  # as the other readers
+def _names(name: str, value: object) -> Any:  # noqa: ARG001  # as the other readers
     return value.replace(",", " ").split() if isinstance(value, str) else value
 
 
@@ -262,7 +262,7 @@ def _listed(name: str, value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-def _without_infinities(value: Any) -> Any:
+def _without_infinities(value: object) -> Any:
     if isinstance(value, Mapping):
         return {name: _without_infinities(one) for name, one in value.items()}
     if isinstance(value, list):
@@ -270,7 +270,7 @@ def _without_infinities(value: Any) -> Any:
     return str(value) if isinstance(value, float) and math.isinf(value) else value
 
 
-def _toml(value: Any) -> str:
+def _toml(value: object) -> str:
     """Format a value in TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
@@ -295,5 +295,5 @@ def _cell(name: str, value: Any) -> Any:
     return value
 
 
-def _flat(value: Sequence[Any]) -> list[Any]:
+def _flat(value: Sequence[object]) -> list[Any]:
     return [part for one in value for part in (_flat(one) if isinstance(one, list) else [one])]

@@ -36,7 +36,7 @@ def digits(value: float) -> float:
     return float(f"{value:.12g}")
 
 
-def places(name: str, given: Any) -> dict[str, tuple[float, float]]:
+def places(name: str, given: object) -> dict[str, tuple[float, float]]:
     """Parse points (x, y) by name; None means none."""
     if given is None:
         return {}
@@ -105,7 +105,7 @@ class _Placed(_Directed):
         return self.deviation / self.extent
 
 
-def ends(start: Any, end: Any) -> dict[str, Any]:
+def ends(start: object, end: object) -> dict[str, Any]:
     """Return stroke, start and direction of a path between two different points."""
     here, there = point("from", start), point("to", end)
     way = complex(*there) - complex(*here)
@@ -311,7 +311,7 @@ class CircularArc(_Placed):
 
 
 def consistent_arc(
-    stroke: Any, radius: Any, angle: Any, name: str = "stroke"
+    stroke: object, radius: object, angle: object, name: str = "stroke"
 ) -> tuple[float, float | None, float | None]:
     """Complete chord, radius and angle [deg] of an arc from two; of any radius the chord alone.
 
@@ -355,7 +355,7 @@ def consistent_arc(
 PathRequest = StraightLine | CircularArc
 
 
-def path_request(name: str, given: Any) -> PathRequest:
+def path_request(name: str, given: object) -> PathRequest:
     """Return a request; refuse anything else in the name of the called function."""
     if not isinstance(given, PathRequest):
         raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {quoted(given)}")

@@ -168,7 +168,7 @@ class Request:
         return to_dict(self)
 
     @classmethod
-    def from_dict(cls, given: Mapping[str, Any]) -> Request:
+    def from_dict(cls, given: Mapping[str, object]) -> Request:
         """Build a request from a mapping, or from a row of a table.
 
         Parameters
@@ -250,12 +250,12 @@ DEFAULTS = {one.name: one.default for one in fields(Request) if one.name not in 
 OWN = (*DEFAULTS,)
 
 
-def is_default(name: str, value: Any) -> bool:
+def is_default(name: str, value: object) -> bool:
     default = DEFAULTS[name]
     return value is default or (type(value) is type(default) and value == default)
 
 
-def _is_pairs(given: Any) -> bool:
+def _is_pairs(given: object) -> bool:
     """Tell whether desires are as a request keeps them."""
     return isinstance(given, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in given)
 

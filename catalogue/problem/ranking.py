@@ -36,7 +36,7 @@ class Desire:
     weight: float = 1.0
 
     @classmethod
-    def of(cls, name: str, given: Any, unit: float) -> Desire:
+    def of(cls, name: str, given: object, unit: float) -> Desire:
         """Parse a desirability (best, worst) or (best, worst, weight) in the user's unit."""
         if name not in DESIRES:
             raise InvalidRequest(f"no desirability is made of {quoted(name)}; there are {', '.join(DESIRES)}")

@@ -41,7 +41,7 @@ class Region:
         return [float(side) for side in self.box] if self.is_box else self.corners.tolist()
 
     @classmethod
-    def of(cls, name: str, given: Any) -> Region:
+    def of(cls, name: str, given: object) -> Region:
         """Parse a region: a `Region`, a box (x0, y0, x1, y1) or at least three points."""
         if isinstance(given, Region):
             return given
@@ -134,7 +134,7 @@ class Region:
         return inside
 
 
-def zones(name: str, given: Any) -> tuple[Region, ...]:
+def zones(name: str, given: object) -> tuple[Region, ...]:
     """Parse one region or a sequence of regions, in any order: they are sorted."""
     if isinstance(given, Region):
         return (given,)

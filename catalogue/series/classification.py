@@ -17,7 +17,7 @@ from ..curvature_theory.leading_error import path_singularity
 from ..errors import InvalidRequest, PluginError, PluginWarning, quoted
 from ..given import complexes, number, positive
 from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Array, Floats, Integers, Mask, Texts
 from .membership import Membership, Memberships
 from .series import Series
 
@@ -62,12 +62,12 @@ class Classification(Sequence[Memberships]):
         return html_table([">", "family", "configuration", "series", "nearest", ">residual"], rows, len(self))
 
     @property
-    def family(self) -> Array:
+    def family(self) -> Texts:
         """Family of each linkage, shape (n,)."""
         return self.instant.linkage.family
 
     @property
-    def configuration(self) -> Array:
+    def configuration(self) -> Texts:
         """Configuration of each linkage, shape (n,).
 
         See `catalogue.curvature_theory.configuration.configuration`.
@@ -95,7 +95,7 @@ class Classification(Sequence[Memberships]):
         return found
 
     @cached_property
-    def ranking(self) -> Array:
+    def ranking(self) -> Integers:
         """Numbers of the series, the nearest first as in `Memberships`, shape (n, k).
 
         -1 where there is no residual.

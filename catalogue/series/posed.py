@@ -10,7 +10,7 @@ solves for given fixed pivots its inversion solves for moving ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import wraps
 from typing import NamedTuple
@@ -104,7 +104,7 @@ def unit(a: Array) -> Complexes:
     return np.asarray(a / np.abs(a))
 
 
-def four_bars(fixed: Complexes, moving: list[tuple[Complexes, Complexes]]) -> Floats:
+def four_bars(fixed: Complexes, moving: Sequence[tuple[Complexes, Complexes]]) -> Floats:
     """Assemble pivots (n, k, 2, 2, 3) from fixed and moving ones of k solutions.
 
     NaN where not finite.
@@ -147,7 +147,7 @@ def poles_by_two_cranks(posed: Posed) -> list[tuple[Complexes, Complexes, int]]:
     (pole, unit vector from it, number of the crank).
     """
     local = (posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]
-    found = []
+    found: list[tuple[Array, Array, int]] = []
     for which in (0, 1):
         (x1, y1), (x2, y2) = ((local[:, i].real, local[:, i].imag) for i in (which, 1 - which))
         square = x2 * x2 + y2 * y2

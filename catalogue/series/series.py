@@ -27,7 +27,7 @@ from ..curvature_theory.instant import Instant
 from ..errors import PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..kinematics.linkage import FAMILIES
-from ..kinematics.types import Array, Floats, Mask, read_only
+from ..kinematics.types import Array, Floats, Integers, Mask, read_only
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
 
@@ -63,7 +63,7 @@ class Parameter:
         k = np.clip(np.searchsorted(start, at, side="right") - 1, 0, len(low) - 1)
         return np.asarray(low[k] + (at - start[k]))
 
-    def holds(self, values: Array) -> Mask:
+    def holds(self, values: Floats) -> Mask:
         """Return where values lie in the domain."""
         return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
 
@@ -120,7 +120,7 @@ class Member:
             raise PluginError(f"{self.key}: the shapes of its parameters differ: {shapes}")
         return lent(complete)
 
-    def synthesise(self, free: Parameters) -> Array:
+    def synthesise(self, free: Parameters) -> Floats:
         """Return pivots (n, 2, 2, 3) in the canonical frame."""
         complete = self.complete(free)
         pivots = np.asarray(self.pivots(complete))
@@ -147,8 +147,8 @@ class Guided:
     """
 
     label: str
-    pairs: Array
-    order: int | Array
+    pairs: Floats
+    order: int | Integers
 
     def __post_init__(self) -> None:
         checked_text("label of a guided element", self.label, 60)

@@ -147,7 +147,7 @@ def _indexes() -> list[Index]:
     return sorted((i for table in Base.metadata.tables.values() for i in table.indexes), key=lambda i: str(i.name))
 
 
-def _local(places: Any, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _local(places: object, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Check row numbers within the batch: a wrong one might meet a row of an older batch."""
     rows = np.asarray(places, dtype=np.int64)
     if rows.size and (rows.min() < 0 or rows.max() >= count):
@@ -173,7 +173,7 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
     return first
 
 
-def _values(column: Any, count: int) -> Sequence[Any]:
+def _values(column: object, count: int) -> Sequence[Any]:
     """Convert to Python's numbers and texts: SQLite takes NumPy's integers for blobs."""
     if isinstance(column, np.generic | np.ndarray):
         column = column.tolist()  # of one value that value

@@ -61,7 +61,7 @@ JOINED = "FROM reach JOIN guide ON guide.id = reach.guide_id JOIN mechanism ON m
 
 
 def read_columns(
-    connection: Connection, select: Select[Any], bound: Mapping[str, Any] | None = None
+    connection: Connection, select: Select[Any], bound: Mapping[str, object] | None = None
 ) -> dict[str, Array]:
     """Return the columns of a Core select, by name.
 
@@ -103,12 +103,12 @@ def as_columns(cursor: Any, types: Mapping[str, type]) -> dict[str, Array]:
     return {name: np.concatenate(part[1:] or part) for name, part in zip(types, parts, strict=True)}
 
 
-def as_array(kind: type, values: Sequence[Any]) -> Array:
+def as_array(kind: type, values: Sequence[object]) -> Array:
     """Convert the values of one column to an array of their Python type's dtype."""
     return np.array(values, dtype=_DTYPES.get(kind, object))
 
 
-def _read(name: str, kind: type, values: Sequence[Any]) -> Array:
+def _read(name: str, kind: type, values: Sequence[object]) -> Array:
     """Convert the values of a column to an array; `sqlite3.DataError` for an invalid value.
 
     Stored values may have been changed by other programs.
@@ -215,7 +215,7 @@ class Database:
         """Whether any guide is stored; `DatabaseError` as of `plain`."""
         return bool(len(self.plain({"id": int}, "FROM guide LIMIT 1")["id"]))
 
-    def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[Any] = ()) -> dict[str, Array]:
+    def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[object] = ()) -> dict[str, Array]:
         """Read columns, given with their Python types, by the SQL text SELECT columns rest.
 
         Like `read`, without SQLAlchemy: importing it would take longer than a search reads.

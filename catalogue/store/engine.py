@@ -33,7 +33,7 @@ PRAGMA foreign_keys = ON;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -65536;
 PRAGMA mmap_size = 0;
-"""  # of a file that is mapped and cut short the process would be killed, not told
+"""  # without memory mapping: a truncated file raises an error and does not kill the process
 
 
 _RENEW = "put it elsewhere and run `catalogue build`, or name another with --db"

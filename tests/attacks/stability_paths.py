@@ -214,7 +214,7 @@ def fixed_nominal(code: str, stroke: float) -> Row:
     share = np.random.default_rng(8).random((200, len(member.parameters)))
     free = {p.name: p.spread(share[:, i]) for i, p in enumerate(member.parameters)}
     z = next(iter(series.guided(member.complete(free)))).pairs[:, 1]
-    curve = coupler_curve(Linkage(member.synthesise(free)), (z[:, 0] + 1j * z[:, 1]) / z[:, 2])
+    curve = coupler_curve(Linkage(member.synthesise(free)), np.divide(z[:, 0] + 1j * z[:, 1], z[:, 2]))
     curve = curve[np.flatnonzero((curve.extent.min(0) > 0.5) & (curve.linkage.size < 8))[:4]]
     linkage, point, _ = placed(curve, at_stroke(curve, 0.8 * curve.extent.min(0), circle=False), stroke)
     linkage, point = linkage.moved(1.0, 0.01j * stroke), point + 0.01j * stroke

@@ -37,7 +37,7 @@ def guides() -> tuple[CouplerCurve, Array]:
         (guided,) = [g for g in series.guided(member.complete(free)) if g.label == label]
         z = guided.pairs[:, 1]
         linkage = Linkage(member.synthesise(free))
-        here = coupler_curve(linkage, (z[:, 0] + 1j * z[:, 1]) / z[:, 2])
+        here = coupler_curve(linkage, np.divide(z[:, 0] + 1j * z[:, 1], z[:, 2]))
         fair = np.flatnonzero((here.extent.min(0) > 0.5) & (linkage.size < 8))[:4]
         pivots.append(linkage.pivots[fair])
         points.append(here.point[fair])

@@ -137,5 +137,5 @@ def test_e4_a_fixed_centre_at_the_pole_is_no_solution() -> None:
     assert set(found.order) == {2}
     np.testing.assert_allclose(np.abs(found.curvature), 1 / big)  # the circle is the right one
     on_cubic = ray_pair(np.zeros(4), rho0 / big, np.full(4, 0.7))[:, 1]  # for comparison, a point of the cubic
-    z = rho0 * (on_cubic[:, 0] + 1j * on_cubic[:, 1]) / on_cubic[:, 2]
+    z = np.divide(rho0 * (on_cubic[:, 0] + 1j * on_cubic[:, 1]), on_cubic[:, 2])
     assert set(leading_error(linkage, z, circle=True).order) == {3}

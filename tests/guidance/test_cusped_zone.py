@@ -25,6 +25,7 @@ from catalogue.guidance.trace import trace
 from catalogue.plugin.registry import Registry
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import even
+from tests.precision import LONG
 
 pytestmark = pytest.mark.slow
 
@@ -177,7 +178,7 @@ def test_deviation_tends_to_its_law(code: str, key: str) -> None:
     assert law.cusp.all()
     off = []
     for stroke in (1e-2, 1e-4):
-        half = np.full(len(guides), stroke, dtype=np.longdouble)
+        half = np.full(len(guides), stroke, dtype=LONG)
         found = trace(guides, half, circle=bool(pairs[0, 0, 2] != 0), split=True)
         off.append(float(np.nanmedian(np.abs(found.fit.deviation / law.held(stroke) - 1))))
     assert off[1] < (0.02 if order[0] == 4 else 0.5)

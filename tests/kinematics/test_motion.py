@@ -310,7 +310,7 @@ def test_dead_points_of_a_crank_are_singular_in_its_chart_only() -> None:
 @every_chart
 def test_velocity_is_the_derivative_of_the_motion(random_linkages: Maker, family: str, chart: int) -> None:
     linkage = random_linkages(family, 20, SEED)
-    z = np.linspace(-1, 1, 20) + 0.3j
+    z = np.linspace(-1, 1, 20, dtype=complex) + 0.3j
     moved = motion(linkage, chart)
     clear = moved.conditioning > 0.2
     h = 1e-6 * np.minimum(1, np.abs(moved.interval).min(axis=0))
@@ -328,7 +328,7 @@ def test_velocity_is_the_derivative_of_the_motion(random_linkages: Maker, family
 def test_a_window_is_the_path_at_its_nodes(random_linkages: Maker, family: str, chart: int, n: int) -> None:
     few = random_linkages(family, 7, SEED)
     linkage = few[np.arange(n) % 7]
-    z = np.linspace(-1, 1, n) + 0.1j
+    z = np.linspace(-1, 1, n, dtype=complex) + 0.1j
     moved = motion(linkage, chart)
     path = moved.point(z, np.exp(1j * np.linspace(0, 6, n)))
     low, high = np.clip(moved.interval, -1, 1) * np.linspace(0.1, 0.9, n)

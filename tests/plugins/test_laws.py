@@ -23,7 +23,7 @@ from catalogue.series.series import Member, Series
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import Sample, even
 from tests.extended import NUMBERS, Exchanged
-from tests.precision import EXTENDED
+from tests.precision import EXTENDED, LONG
 
 EXCHANGED = Exchanged()
 REGISTRY = EXCHANGED.registry
@@ -151,7 +151,7 @@ def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
             for slot in (False, True):
                 pairs = guided.pairs[:, ::-1] if slot else guided.pairs
                 with np.errstate(all="ignore"):
-                    point = (pairs[:, 1, 0] + 1j * pairs[:, 1, 1]) / pairs[:, 1, 2]
+                    point = np.divide(pairs[:, 1, 0] + 1j * pairs[:, 1, 1], pairs[:, 1, 2])
                     good = (size < LARGEST) & (np.abs(point) > 0.2) & (guided.order != EXACT)
                     good &= (guided.pairs[:, 1, 2] == 0) == slot
                 rows = np.flatnonzero(good & np.isfinite(point))
@@ -170,7 +170,7 @@ def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
                     continue
                 guides, law, off = guides[rows], law[rows], []
                 for half in (0.04, 0.01):
-                    halves = np.full(len(rows), half, dtype=np.longdouble)
+                    halves = np.full(len(rows), half, dtype=LONG)
                     traced = trace(guides, halves, circle=circle, split=False)
                     off.append(np.nanmedian(np.abs((traced.fit.deviation / law.held(2 * half) - 1).astype(float))))
                 measured.append((series.code, member.key, guided.label, *off))

@@ -17,7 +17,7 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.series.posed import Posed, dual, unit
-from tests.precision import EXTENDED
+from tests.precision import EXTENDED, LONG
 
 COUNT = 1000
 #: What may be given.
@@ -66,7 +66,7 @@ def off_nominal(linkage: Linkage, problems: Posed, which: Array, reach: Array) -
     moving = linkage.inverted() if problems.path == "slot" else linkage
     point = (problems.centre if problems.path == "slot" else problems.point)[which]
     guides = extended(coupler_curve(moving, point))
-    low, high = guides.window(-reach.astype(np.longdouble), reach.astype(np.longdouble))
+    low, high = guides.window(-reach.astype(LONG), reach.astype(LONG))
     u, v = guides.path.window(low, high, np.linspace(-1, 1, 9))
     z = guides.point + (u + 1j * v) * guides.tangent
     if problems.path == "circle":
