@@ -15,8 +15,7 @@ from typing import ClassVar
 
 from .errors import PluginError, one_line, printable, quoted
 
-#: Longest run of plugin code in this process [s]: tens of times what the slowest built-in series
-#: takes.
+#: Longest run of plugin code in this process [s]: the slowest built-in series takes a few percent.
 LIMIT = 120.0
 #: Time from one interrupt of plugin code to the next [s]: a handler that cleans up has this long.
 PAUSE = 1.0

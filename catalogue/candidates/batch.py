@@ -111,7 +111,7 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
     Returns
     -------
     Linkage, complex ndarray, complex ndarray
-        In mid-stroke; guided points and poles there, shape (n,).
+        Linkages, guided points (n,) and poles (n,) in mid-stroke.
     """
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     linkage, point, _ = placed(guides, traced, 1.0)

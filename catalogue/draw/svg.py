@@ -26,18 +26,18 @@ def text(words: str, at: complex, kind: str, **attributes: object) -> Markup:
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Return a number without needless digits."""
+    """Format a number without trailing zeros."""
     told = f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
     return "0" if told in ("-0", "") else told
 
 
 def pair(z: complex, digits: int = 2) -> str:
-    """Return a place."""
+    """Format a place as two numbers."""
     return f"{number(z.real, digits)} {number(z.imag, digits)}"
 
 
 def ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round values from low to high with at most so many intervals."""
+    """Return round values from low to high with at most `most` intervals."""
     if not high > low:
         return [low]
     rough = (high - low) / most

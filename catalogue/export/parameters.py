@@ -42,7 +42,7 @@ MEANINGS = {
 }
 
 
-#: Lists a value by name and meaning.
+#: Function that adds a parameter: name, value, meaning.
 Told = Callable[[str, Any, str], None]
 
 

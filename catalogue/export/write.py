@@ -68,7 +68,7 @@ def export(
 
 
 def check(file: Path) -> None:
-    """Say that a file cannot be written before work is done for it."""
+    """Refuse a file that cannot be written, before work is done for it."""
     if not is_folder(file.parent):
         raise InvalidRequest(f"cannot write {file}: there is no folder {file.parent}")
     if is_folder(file):

@@ -1,7 +1,7 @@
 """A folder of answers that a team shares: one JSON file for each, named by its code.
 
-A code is derived from the digest of its record, so that whoever reads a file can check it, and two
-who write one at once write the same.  A folder needs no server and no locks.
+A code is derived from the digest of its record: every reader can check a file, and concurrent
+writers of a code write equal content.  A folder thus needs no server and no locks.
 """
 
 from __future__ import annotations

@@ -215,12 +215,10 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
-    """Return the straightest guide held of the series of a design, as long and no larger.
+    """Return the straightest guide of the series of a design, over its stroke and no larger.
 
-    None if there is none.
-
-    It is as it was stored, or made to measure: nothing is refined, which takes seconds.  An exact
-    design is compared with nothing.
+    The guide is stored or synthesised, not refined, which would take seconds.  None if there is
+    none, or if the design is exact.
     """
     if published.deviation <= STORED.exact * published.stroke:
         return None

@@ -252,7 +252,8 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
 def bent(sagitta: Floats, half: Floats, radius: float | None) -> Floats:
     """Compute curvatures of circles through ends and middle of paths, positive to the left.
 
-    In units of 1/half the chord; with a `radius`, of circles of this radius on that side.
+    Half the chord is the unit of length.  With a `radius` the circles have this radius, and only
+    the side is computed.
     """
     bend = -2 * sagitta / (sagitta**2 + 1)
     return bend if radius is None else np.copysign(half / radius, bend)

@@ -45,7 +45,8 @@ class Nominal:
     def at(self, share: Floats) -> tuple[Complexes, Complexes]:
         """Return points from 0 (start) to 1 (end), and their outward unit normals."""
         if not np.isfinite(self.radius):
-            return np.asarray(share * self.stroke, complex), np.full(share.shape, 1j)
+            places: Complexes = np.add(share * self.stroke, 0j)  # as precise as the shares
+            return places, np.full(share.shape, 1j)
         turn: Complexes = np.exp(1j * np.arcsin(0.5 * self.stroke / self.radius) * (1 - 2 * share))
         return self.centre + 1j * self.radius * turn, 1j * turn
 

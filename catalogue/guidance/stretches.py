@@ -77,7 +77,7 @@ class Extension(NamedTuple):
     #: Smallest relative growth of a stroke when an end is moved: at the longest stroke rounding
     #: gains.
     gain: float = 1e-7
-    #: Short over long trial move in the final search, which moves both ends of a window.
+    #: Ratio of the short to the long trial moves of the two ends in the final search.
     shorter: float = 1 / 8
     #: directions of the trial moves: with eight, a ridge of the deviation can lie between two
     directions: int = 16

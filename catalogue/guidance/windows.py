@@ -290,9 +290,9 @@ class Search:
         return np.asarray(np.minimum(ranked[:, count - 1] if count <= shape[1] else np.inf, bound))
 
     def farthest(self, at: Stretches) -> Floats:
-        """Return the longest strokes of windows, of the linkages of curves or of the curves, (k,).
+        """Return the longest stroke of a window in the group of each curve, (k,); 0 without any.
 
-        0 without any.
+        The group is that of `owner`.
         """
         own = self.owner
         most = np.zeros(len(self.curves))

@@ -56,10 +56,10 @@ class Closure(Columns):
     square: Floats  # (l^2 - c^2)/2; of a slider e, of a slide h
     p_up: Floats  # 1 + p
     q_down: Floats  # 1 - q
-    dead: Mask  # whether the crank comes to a dead point
-    change: Mask  # or to a change point
+    dead: Mask  # whether the crank reaches a dead point
+    change: Mask  # whether the crank reaches a change point
     stuck: Mask  # whether the chain just closes, in one position of the crank
-    at: Floats  # angles from the axis at which it does [rad]
+    at: Floats  # angles of these points from the axis [rad]
     side: Floats  # a number with the sign of the root in the given position
 
     @classmethod

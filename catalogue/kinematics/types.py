@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 #: An array of any type; the docstring states which.
 Array = npt.NDArray[Any]
-#: Real numbers.  Where a path needs more digits they are in extended precision, unseen by the types:
-#: those of NumPy lose track of arithmetic with numbers of any precision.
+#: Real numbers.  Some paths need extended precision, which this type does not show: that of numbers
+#: of any precision is lost in arithmetic.
 Floats = npt.NDArray[np.float64]
 #: Points and vectors of the plane, x + iy; in extended precision with such numbers.
 Complexes = npt.NDArray[np.complex128]

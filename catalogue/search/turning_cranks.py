@@ -25,14 +25,14 @@ TURNING = {"four-bar": True, "slider-crank": False, "inverted-slider-crank": Fal
 POSITIONS = 33
 #: Median length of a crank [radii]: sound guides have it a little shorter than the radius.
 CRANK = 0.8
-#: Spread of its logarithm.
+#: Standard deviation of the logarithm of a crank's length.
 SPREAD = 0.3
 #: Median length of the coupler [radii]: a longer one turns less, and transmits better.
 COUPLER = 2.5
-#: Spread of its logarithm.
+#: Standard deviation of the logarithm of a coupler's length.
 COUPLER_SPREAD = 0.5
-#: How far from the moving pivot of the crank points are sought, one in two at the pivot itself
-#: [radii].
+#: Largest distance of a start's point from the moving pivot of the crank [radii]; half the starts
+#: begin at the pivot.
 AWAY = 0.6
 #: Gauss-Newton steps, after which most starts change no more.
 STEPS = 10
@@ -40,7 +40,7 @@ STEPS = 10
 LONGEST_STEP = 0.5
 #: Damping of the normal equations, over their trace.
 DAMPING = 1e-6
-#: Drawn per start that is measured: those with the least scatter are.
+#: Linkages drawn per measured start; those of least scatter are measured.
 EACH = 4
 
 

@@ -139,7 +139,7 @@ class ChainFamily:
         return {one.name: one.spread(shares[:, i]) for i, one in enumerate(self.parameters)}
 
     def chains(self, p: Columns) -> tuple[Chain, Mask]:
-        """Make the valid ones of mechanisms (n,), and return the mask of them."""
+        """Make chains of parameters (n,); return the valid ones and their mask (n,)."""
         return Chain.valid(self.structure, *self.placed(p))
 
     def placed(self, p: Columns) -> tuple[Complexes, Complexes]:

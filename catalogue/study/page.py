@@ -51,7 +51,7 @@ $body
 
 
 def standing_alone(title: str, told: str, charts: Sequence[Markup], cards: Sequence[Markup]) -> str:
-    """Return a page of charts, and of the cards that they lead to."""
+    """Return a page of charts with their cards, which needs no other file."""
     head = [element("h1", title), element("p", told, class_="grey")]
     shown = element("div", *charts, class_="charts"), element("div", *cards, class_="cards")
     body = join([*head, shown[0], element("h2", "Cards"), shown[1]])
