@@ -17,10 +17,11 @@ from ..kinematics.types import Integers
 from ..problem.constraints import PRESCRIBED, Constraints
 from ..problem.problem import Problem, Request
 from ..refine.certificate import Certificate, Drifts, certified
-from ..search.search import Search
+from ..search.search import BUDGET, Search
 from ..search.starts import SearchReport
 from ..store import Database
 from .explain import Explanation
+from .follow import EXPLORING, followed
 from .names import check_names, option
 from .results import Found, candidates
 
@@ -54,15 +55,18 @@ class SearchOptions(NamedTuple):
     #: whether these are answers to a tighter problem: the search ends early where they are good
     #: enough
     warm: bool = False
+    follow: bool = False  #: whether no search is run where such answers fill the list within the gap
 
 
-def find(catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False) -> Found:
+def find(
+    catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False, follow: bool = False
+) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
     With `warm` the starts are answers to a tighter request, and the search ends with answers as
-    good as these.
+    good as these; with `follow` too, none is run where they fill the list within the gap.
     """
-    report, options = SearchReport(), _options(catalogue, request, starts, warm)
+    report, options = SearchReport(), _options(catalogue, request, starts, warm=warm, follow=follow)
     if request.constraints.given:
         return _with_given_pivots(catalogue, request, report)
     return _told(catalogue, request, report, searched(catalogue.database, request.problem, report, options))
@@ -86,7 +90,9 @@ def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()
     yield _told(catalogue, request, report, _last(catalogue.database, problem, every, report, options))
 
 
-def _options(catalogue: Catalogue, request: Request, starts: Iterable[Any], warm: bool = False) -> SearchOptions:
+def _options(
+    catalogue: Catalogue, request: Request, starts: Iterable[Any], *, warm: bool = False, follow: bool = False
+) -> SearchOptions:
     """Check a request, and return how to search for it."""
     problem, constraints = request.problem, request.constraints
     step = None if request.round_to is None else request.round_to / problem.stroke
@@ -101,7 +107,7 @@ def _options(catalogue: Catalogue, request: Request, starts: Iterable[Any], warm
         from .starts import start_batch
 
         given = start_batch(problem, starts)
-    return SearchOptions(request.refine, request.cognates, step, given, warm)
+    return SearchOptions(request.refine, request.cognates, step, given, warm, follow)
 
 
 def _with_given_pivots(catalogue: Catalogue, request: Request, report: SearchReport) -> Found:
@@ -125,7 +131,8 @@ def _told(catalogue: Catalogue, request: Request, report: SearchReport, chosen: 
     told = Explanation(
         catalogue.database, problem, request.path, report, len(listed), lambda: catalogue.registry.series
     )
-    return Found(listed, told, request)
+    least = None if chosen is None else float(cost(problem, chosen.found[:1])[0])
+    return Found(listed, told, request, least)
 
 
 def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | None) -> None:
@@ -143,6 +150,8 @@ def searched(database: Database, problem: Problem, report: SearchReport, options
 
     The report is filled with counts and times.
     """
+    if options.follow and (known := _from_known(problem, report, options)) is not None:
+        return known
     *_, every = _searches(database, problem, report, options)
     return _last(database, problem, every, report, options)
 
@@ -159,7 +168,7 @@ def is_answered(database: Database, problem: Problem) -> bool:
 def _last(
     database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
-    """Select from all searches; with no effort that may fail, and the problem is searched with some."""
+    """Select from all searches; where that fails without effort, search with some."""
     chosen = selected(problem, every, report, options)
     if chosen is not None or problem.effort or report.nearest is None:
         return chosen
@@ -170,16 +179,14 @@ def _searches(
     database: Database, problem: Problem, report: SearchReport, options: SearchOptions
 ) -> Iterator[list[Search]]:
     """Search round by round; yield after each the searches begun so far."""
-    within, mirrors = problem.tightened(), problem.mirrors
-    sought = within.mirrored(*mirrors) if any(mirrors) else within
-    starts = options.given
-    if starts is not None and any(mirrors):
-        starts = mirror_image(sought, starts, *mirrors)
+    sought, starts = _sought(problem, options)
+    budget = EXPLORING if options.warm and not options.follow else BUDGET
     every: list[Search] = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
         this = replace(sought, ranking=ranking)
-        search = Search(this, database, report, refines=options.refine, given=starts, warm=options.warm)
+        how: dict[str, Any] = {"refines": options.refine, "given": starts, "warm": options.warm, "budget": budget}
+        search = Search(this, database, report, **how)
         for number in range(max(problem.effort, 1)):
             search = search.again() if number else search
             every.append(search)
@@ -195,8 +202,33 @@ def selected(
     parts = [part for search in every if (part := search.so_far) is not None]
     if not parts:
         return None
-    found, mirrors = join(*parts), problem.mirrors
-    if any(mirrors):
+    return _verified(problem, join(*parts), report, options)
+
+
+def _sought(problem: Problem, options: SearchOptions) -> tuple[Problem, CandidateBatch | None]:
+    """Return the problem of a search and its further starts, mirrored to one side."""
+    within, mirrors, starts = problem.tightened(), problem.mirrors, options.given
+    if not any(mirrors):
+        return within, starts
+    sought = within.mirrored(*mirrors)
+    return sought, None if starts is None else mirror_image(sought, starts, *mirrors)
+
+
+def _from_known(problem: Problem, report: SearchReport, options: SearchOptions) -> Selection | None:
+    """Select from the answers to a tighter problem; None where they do not suffice."""
+    sought, known = _sought(problem, options)
+    if known is None or not options.refine:
+        return None
+    with report.timed("refine"):
+        found = followed(sought, known)
+    return None if found is None else _verified(problem, found, report, options)
+
+
+def _verified(
+    problem: Problem, found: CandidateBatch, report: SearchReport, options: SearchOptions
+) -> Selection | None:
+    """Select the feasible ones of candidates found, verified on their finite motion."""
+    if any(mirrors := problem.mirrors):
         found = mirror_image(problem.tightened(), found, *mirrors)
     report.nearest = found
     refine, step = options.refine, options.round_to

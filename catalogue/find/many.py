@@ -34,9 +34,11 @@ def find_many(catalogue: Catalogue, requests: Sequence[Request]) -> list[Found]:
         raise InvalidRequest(f"find_many wants Request objects, not {quoted(wrong[0])}")
     asked = [*dict.fromkeys(requests)]
     found: dict[Request, Found] = {}
-    for index, _, nearest in Order.of(asked).tighter():
+    order = Order.of(asked)
+    explored = order.explored()
+    for index, _, nearest in order.tighter():
         request = asked[index]
         near = [found[asked[i]] for i in nearest[: WARM.neighbours]] if takes_starts(request) else []
         starts = [one for place, each in enumerate(near) for one in each[: WARM.each if place else None]]
-        found[request] = find(catalogue, request, tuple(starts), warm=bool(starts))
+        found[request] = find(catalogue, request, tuple(starts), warm=bool(starts), follow=index not in explored)
     return [found[request] for request in requests]

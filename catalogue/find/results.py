@@ -157,6 +157,8 @@ class Found(Results[Candidate]):
     ----------
     request : Request or None
         The request that they answer.
+    cost : float or None
+        Cost of the best answer, which the ranking minimises.
 
     Examples
     --------
@@ -169,6 +171,7 @@ class Found(Results[Candidate]):
     """
 
     request: Request | None = field(repr=False, default=None)
+    cost: float | None = field(repr=False, default=None)
 
     @property
     def columns(self) -> list[str]:

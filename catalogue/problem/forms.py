@@ -11,7 +11,8 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields
 from fractions import Fraction
 from typing import Any
 
@@ -19,7 +20,7 @@ from ..errors import InvalidRequest, quoted
 from ..given import listed, number, switch
 from ..units import WRITTEN, angle_in, factor, length_in, unit_or_none
 from .bounds import BOUNDS, DEGREES, LENGTHS, RATIO
-from .constraints import PRESCRIBED, REGIONS
+from .constraints import PRESCRIBED, REGIONS, Constraints
 from .path import CircularArc, StraightLine, ends
 from .problem import OWN, Request, is_default
 
@@ -120,11 +121,19 @@ def from_text(form: str, text: str) -> Request:
 
 def to_row(request: Request) -> dict[str, Any]:
     """Convert a request to cells of a table."""
-    front = isinstance(request.rank_by, tuple)
-    return {
-        "pareto" if front and name == "rank_by" else name: _cell(name, value)
-        for name, value in to_dict(request).items()
-    }
+    return row_of(to_dict(request))
+
+
+def row_of(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Convert a mapping as of `to_dict`, or its JSON read again, to cells of a table."""
+    front = isinstance(given.get("rank_by"), list)
+    return {"pareto" if front and name == "rank_by" else name: _cell(name, value) for name, value in given.items()}
+
+
+def column_order(names: Iterable[str]) -> list[str]:
+    """Sort names of cells as a request writes them."""
+    every = [*PATH_NAMES, *(one.name for one in fields(Constraints)), *OWN]
+    return sorted(names, key=lambda name: every.index("rank_by" if name == "pareto" else name))
 
 
 class _Reading:

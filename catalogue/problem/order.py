@@ -86,6 +86,27 @@ class Order:
                 near = near[np.argsort((point - points[near]).sum(1), kind="stable")] if len(near) else near
                 yield int(group[place]), group[below], group[near]
 
+    def explored(self) -> set[int]:
+        """Return the indices of the requests with every second value of each bound."""
+        found: set[int] = set()
+        for group, points in zip(self.groups, self.points, strict=True):
+            found.update(group[((points.max(0) - points) % 2 == 0).all(1)].tolist())
+        return found
+
+    def looser(self, some: set[int]) -> Iterator[tuple[int, Array]]:
+        """Yield each of some requests with all looser ones.
+
+        Yields
+        ------
+        index : int
+        looser : ndarray of int
+            Indices, nearest first.
+        """
+        for group, points in zip(self.groups, self.points, strict=True):
+            for place in np.flatnonzero(np.isin(group, [*some])):
+                above = place + 1 + np.flatnonzero((points[place + 1 :] >= points[place]).all(1))
+                yield int(group[place]), group[above]
+
 
 def _group(request: Request) -> Request:
     """Return a request without all bounds that are compared, and with any deviation permitted."""

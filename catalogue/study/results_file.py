@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, ClassVar
 
 from sqlalchemy import func, insert, select
 from sqlalchemy.orm import aliased
@@ -20,6 +20,8 @@ from .task import Done, request_texts
 
 class ResultsFile:
     """A file of results, opened; one process writes it."""
+
+    chunk: ClassVar[int] = 1000  #: results read at a time: some megabytes of text
 
     def __init__(self, path: str | PathLike[str], *, create: bool = True, writable: bool = True) -> None:
         self.database = Database.open(path, create=create, writable=writable, layout=RESULTS)
@@ -113,8 +115,8 @@ class ResultsFile:
                 found[number] = [*connection.scalars(query.where(*where))]
         return found
 
-    def last(self) -> Iterator[dict[str, Any]]:
-        """Yield the last result and the best record of each request, in order."""
+    def last(self, number: int | None = None) -> Iterator[Any]:
+        """Yield the last result and the best record of each request, or of one, in order."""
         newest = select(ResultRow.request_id, func.max(ResultRow.round).label("round")).group_by(ResultRow.request_id)
         last, counted = newest.subquery(), aliased(AnswerRow)
         of_last = (counted.request_id == RequestRow.id) & (counted.round == last.c.round)
@@ -130,9 +132,10 @@ class ResultsFile:
             .outerjoin(AnswerRow, best)
             .order_by(RequestRow.id)
         )
+        if number is not None:
+            query = query.where(RequestRow.id == number)
         with self.database.engine.connect() as connection:
-            for row in connection.execute(query).mappings():
-                yield dict(row)
+            yield from connection.execution_options(yield_per=self.chunk).execute(query)
 
     def by_code(self, code: str) -> str | None:
         """Return the record of an answer by its code; None if there is none."""

@@ -1,6 +1,7 @@
 """Run a study: rounds of tasks, each decided by the results of the rounds before.
 
-Round 0 answers each request after all tighter ones, with their answers as starts.  Round 1 asks
+Round 0 answers each request after all tighter ones, with their answers as starts.  A search is run
+for every second value of each bound, for others where these answers do not suffice.  Round 1 asks
 requests without an answer again, from the answers to looser ones.  Further rounds go back where an
 answer to a tighter request is better than the own ones, judged by the own ranking, until none is.
 At last each request without an answer gets advice: the change to the nearest looser request that
@@ -18,8 +19,6 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from ..engines import Engine
 from ..errors import PluginError, WorkerKilled
@@ -42,6 +41,7 @@ class StudyOptions(NamedTuple):
     #: again.
     worse: float = 1e-7
     chunk: int = 64  #: answers whose costs a task computes
+    compared: int = 64  #: nearest looser requests with answers among which advice is chosen
 
 
 STUDY = StudyOptions()
@@ -74,21 +74,21 @@ class Run:
     file: ResultsFile
     pool: Engine
     report: Report = lambda _: None
-    _clock: float = field(default_factory=time.monotonic)
+    #: Round of the best answer judged, and its cost, by ranking and number.
+    costs: defaultdict[tuple[Any, Any], dict[int, tuple[int, float]]] = field(default_factory=lambda: defaultdict(dict))
 
     def __post_init__(self) -> None:
         self.texts = self.file.requests()
         self.numbers = [*self.texts]
         self.requests = [Request.from_json(text) for text in self.texts.values()]
-        self.tighter: dict[int, list[int]] = {}
+        self.order = Order.of(self.requests)
         self.nearest: dict[int, list[int]] = {}
-        self.looser: defaultdict[int, list[int]] = defaultdict(list)
-        for index, below, near in Order.of(self.requests).tighter():
-            number = self.numbers[index]
-            self.tighter[number] = [self.numbers[i] for i in below]
-            self.nearest[number] = [self.numbers[i] for i in near] if takes_starts(self.requests[index]) else []
-            for i in below:
-                self.looser[self.numbers[i]].append(number)
+        self.surpassed: set[int] = set()  #: requests with a looser one
+        for index, _, near in self.order.tighter():
+            ones = [self.numbers[i] for i in near]
+            self.nearest[self.numbers[index]] = ones if takes_starts(self.requests[index]) else []
+            self.surpassed.update(ones)
+        self.explored = {self.numbers[i] for i in self.order.explored()}
         self.request = dict(zip(self.numbers, self.requests, strict=True))
 
     def run(self) -> None:
@@ -104,7 +104,7 @@ class Run:
     def _first_round(self) -> None:
         """Answer each request once the requests it starts from are answered."""
         done = self.file.of_round(0)
-        waiting = {n: {one for one in self.nearest[n] if one not in done} for n in self.tighter if n not in done}
+        waiting = {n: {one for one in self.nearest[n] if one not in done} for n in self.nearest if n not in done}
         followers: defaultdict[int, list[int]] = defaultdict(list)
         for number, ones in waiting.items():
             for one in ones:
@@ -160,67 +160,73 @@ class Run:
     def _better(self, place: int) -> dict[int, int]:
         """Return, for each request with a better answer to a tighter one, the number of that."""
         state = self.file.done(before=place)
-        with_answers = {number for number, (_, status, _) in state.items() if status == "answers"}
-        best = self.file.records({number: state[number][0] for number in with_answers}, 1)
-        judged = self._judged(with_answers, best)
+        answered = {number: round_ for number, (round_, status, _) in state.items() if status == "answers"}
+        judged = self._judged(answered)
         found = {}
-        for number in self.numbers:
-            below = [one for one in self.tighter[number] if one in with_answers]
-            if not below or not takes_starts(self.request[number]):
+        for index, below, _ in self.order.tighter():
+            number = self.numbers[index]
+            ones = [one for i in below if (one := self.numbers[i]) in answered]
+            if not ones or not takes_starts(self.requests[index]):
                 continue
-            costs = np.array([judged[self._ranking(number)][one] for one in below])
-            least = int(np.argmin(costs))
-            own = state[number][2] if number in with_answers else None
-            if own is None or costs[least] < own - STUDY.worse * max(1.0, abs(own)):
-                found[number] = below[least]
-        return found
+            costs = judged[self._ranking(number)]
+            least = min(ones, key=lambda one: costs[one])
+            own = costs.get(number, math.inf)
+            if costs[least] < own - STUDY.worse * max(1.0, abs(own)) or own == costs[least] == math.inf:
+                found[number] = least
+        return dict(sorted(found.items()))
 
     def _ranking(self, number: int) -> tuple[Any, Any]:
         """Return what the cost of a linkage depends on: the path and the ranking of a request."""
         request = self.request[number]
         return request.path, (request.rank_by, request.desires, request.constraints.play)
 
-    def _judged(self, numbers: set[int], best: Mapping[int, list[str]]) -> dict[tuple[Any, Any], dict[int, float]]:
-        """Compute the costs of the best answers by the rankings of all looser requests."""
+    def _judged(self, answered: Mapping[int, int]) -> dict[tuple[Any, Any], dict[int, float]]:
+        """Compute the costs of the best answers by their own and all looser rankings."""
         wanted: defaultdict[tuple[Any, Any], dict[int, None]] = defaultdict(dict)
         judge: dict[tuple[Any, Any], int] = {}
-        for number in self.numbers:
-            if not takes_starts(self.request[number]):
-                continue
-            ranking = self._ranking(number)
-            judge.setdefault(ranking, number)
-            wanted[ranking] |= dict.fromkeys(one for one in self.tighter[number] if one in numbers)
+        for index, below, _ in self.order.tighter():
+            if takes_starts(self.requests[index]):
+                number = self.numbers[index]
+                ranking = self._ranking(number)
+                judge.setdefault(ranking, number)
+                both = (number, *(self.numbers[i] for i in below))
+                wanted[ranking] |= dict.fromkeys(one for one in both if one in answered)
         asked: list[tuple[tuple[Any, Any], list[int], Future[Any]]] = []
         for ranking, ones in wanted.items():
-            each = [*ones]
-            for start in range(0, len(each), STUDY.chunk):
-                part = each[start : start + STUDY.chunk]
-                texts = [best[one][0] for one in part]
-                future = self.pool.submit(task.costs, self.texts[judge[ranking]], texts)
-                asked.append((ranking, part, future))
-        found: dict[tuple[Any, Any], dict[int, float]] = defaultdict(dict)
+            known = self.costs[ranking]
+            new = [one for one in ones if known.get(one, (-1, 0.0))[0] != answered[one]]
+            for start in range(0, len(new), STUDY.chunk):
+                part = new[start : start + STUDY.chunk]
+                texts = self.file.records({one: answered[one] for one in part}, 1)
+                best = [texts[one][0] for one in part]
+                asked.append((ranking, part, self.pool.submit(task.costs, self.texts[judge[ranking]], best)))
         for ranking, part, future in asked:
-            found[ranking] |= dict(zip(part, future.result(), strict=True))
-        return found
+            found = zip(part, future.result(), strict=True)
+            self.costs[ranking].update({one: (answered[one], cost) for one, cost in found})
+        return {ranking: {one: cost for one, (_, cost) in costs.items()} for ranking, costs in self.costs.items()}
 
     def _advise(self, place: int) -> None:
         """Advise requests without an answer: the change to the nearest looser one with some."""
         state = self.file.done(before=place)
         told = self.file.of_round(place)
-        advised = {row["id"] for row in self.file.last() if row["advice"]}
+        advised = {row.id for row in self.file.last() if row.advice}
+        left = {number for number, (_, status, _) in state.items() if status == "none"} - told - advised
         results = []
-        for number in self.numbers:
-            if state[number][1] != "none" or number in told or number in advised:
-                continue
-            above = [one for one in self.looser[number] if state[one][1] == "answers"]
-            if above:
-                changes = [_changes(self.request[number], self.request[one]) for one in above]
+        for index, above in self.order.looser({k for k, number in enumerate(self.numbers) if number in left}):
+            answered = [i for i in above if state[self.numbers[i]][1] == "answers"]
+            if answered:
+                changes = [_changes(self.requests[index], self.requests[i]) for i in answered[: STUDY.compared]]
                 nearest = min(changes, key=lambda one: (len(one), [change[0] for change in one]))
-                results.append((number, place, Done(reason="no guide found", advice=(nearest,))))
-            elif above := self.looser[number]:
-                reason = f"no guide found, and none for request {above[-1]}, which is looser: see its advice"
-                results.append((number, place, Done(reason=reason)))
-        self.file.write(results)
+                done = Done(reason="no guide found", advice=(nearest,))
+            elif len(above):
+                reason = (
+                    f"no guide found, and none for request {self.numbers[above[-1]]}, which is looser: see its advice"
+                )
+                done = Done(reason=reason)
+            else:
+                continue
+            results.append((self.numbers[index], place, done))
+        self.file.write(sorted(results, key=lambda one: one[0]))
 
     # -- tasks -------------------------------------------------------------------------------
     def _kept(self, number: int, place: int, most: int | None = None) -> list[str]:
@@ -248,8 +254,9 @@ class Run:
             while ready and len(running) < STUDY.ahead * self.pool.count:
                 number = ready.pop()
                 texts, warm = starts(number)
-                advise = not place and not self.looser[number]
-                future = self.pool.submit(task.answer, self.texts[number], texts, warm=warm, advise=advise)
+                advise = not place and number not in self.surpassed
+                how = {"warm": warm, "follow": number not in self.explored, "advise": advise}
+                future = self.pool.submit(task.answer, self.texts[number], texts, **how)
                 running[future] = number
             done, _ = wait(running, timeout=STUDY.pause, return_when=FIRST_COMPLETED)
             free: list[int] = []

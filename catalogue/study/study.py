@@ -9,6 +9,8 @@ import weakref
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from itertools import islice
+from math import nan
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -20,6 +22,7 @@ from ..find.candidate import Candidate
 from ..find.explain import Advice, Relaxation
 from ..folders import replacing
 from ..given import several, whole
+from ..problem.forms import column_order, row_of
 from ..problem.problem import Request
 from ..store.digest import content_digest
 from . import task
@@ -215,14 +218,14 @@ class Study:
         state = self._file.done().get(number)
         if state is None:
             return Cell(number, request, "open")
-        rows = [row for row in self._file.last() if row["id"] == number]
+        row = next(self._file.last(number))
         advice = Advice("there are answers")
         if state[1] != "answers":
-            offers = json.loads(rows[0]["advice"] or "[]")
+            offers = json.loads(row.advice or "[]")
             alternatives = tuple(tuple(Relaxation(*one) for one in offer) for offer in offers)
-            advice = Advice(rows[0]["reason"] or "no guide found", alternatives)
+            advice = Advice(row.reason or "no guide found", alternatives)
         records = self._file.records({number: state[0]})[number]
-        return Cell(number, request, state[1], rows[0]["reason"] or "", advice, tuple(records))
+        return Cell(number, request, state[1], row.reason or "", advice, tuple(records))
 
     def answer(self, code: str) -> Candidate:
         """Return an answer by its code, on any machine that has the file.
@@ -259,20 +262,19 @@ class Study:
         """
         import pandas as pd
 
-        rows, asked = [], []
-        for row in self._file.last():
-            asked.append(Request.from_json(row["request"]).to_row())
-            offers = json.loads(row["advice"] or "[]")
-            told = "; or ".join(" and ".join(f"{name} {value}".strip() for name, value, _ in offer) for offer in offers)
-            best = json.loads(row["record"]) if row["record"] else {}
-            head = {"number": row["id"], "status": row["status"] or "open", "answers": row["answers"]}
-            why = {"reason": row["reason"] or "", "advice": told, "code": row["code"] or ""}
-            numbers = {f"best_{name}": best.get(name) for name in SHOWN}
-            rows.append({**head, **why, **numbers, **({"seconds": row["seconds"]} if seconds else {})})
-        table, requests = pd.DataFrame(rows), pd.DataFrame(asked)
-        if not rows:
-            return table
-        return pd.concat([table[["number"]], requests, table.drop(columns="number")], axis=1)
+        last, chunk = self._file.last(), self._file.chunk
+        parts = [_columns(rows, seconds=seconds) for rows in iter(lambda: [*islice(last, chunk)], [])]
+        if not parts:
+            return pd.DataFrame()
+        asked = column_order({name: None for part, _ in parts for name in part})
+        blank = [nan] * chunk
+        found: dict[str, list[Any]] = {"number": []}
+        found |= {name: [] for name in (*asked, *parts[0][1])}
+        for requests, results in parts:
+            count = len(results["number"])
+            for name, column in found.items():
+                column += results[name] if name in results else requests.get(name, blank)[:count]
+        return pd.DataFrame(found)
 
     def map(self, file: str | PathLike[str], *, value: str = "score", x: str = "", y: str = "") -> None:
         """Write the map as a page of HTML that stands alone.
@@ -337,6 +339,30 @@ class Study:
                 for k, (code, text) in enumerate(listed)
             ]
         return pd.DataFrame(rows)
+
+
+def _columns(rows: Sequence[Any], *, seconds: bool) -> tuple[dict[str, list[Any]], dict[str, list[Any]]]:
+    """Return the columns of requests and of their results."""
+    asked: dict[str, list[Any]] = {}
+    for k, given in enumerate(json.loads(f"[{','.join(row.request for row in rows)}]")):
+        for name, value in row_of(given).items():
+            asked.setdefault(name, [nan] * len(rows))[k] = value
+    best = json.loads(f"[{','.join(row.record or '{}' for row in rows)}]")
+    results: dict[str, list[Any]] = {
+        "number": [row.id for row in rows],
+        "status": [row.status or "open" for row in rows],
+        "answers": [row.answers for row in rows],
+        "reason": [row.reason or "" for row in rows],
+        "advice": [_told(row.advice) if row.advice else "" for row in rows],
+        "code": [row.code or "" for row in rows],
+    }
+    results |= {f"best_{name}": [one.get(name) for one in best] for name in SHOWN}
+    return asked, results | ({"seconds": [row.seconds for row in rows]} if seconds else {})
+
+
+def _told(advice: str) -> str:
+    offers = json.loads(advice)
+    return "; or ".join(" and ".join(f"{name} {value}".strip() for name, value, _ in offer) for offer in offers)
 
 
 def _write(file: str | PathLike[str], text: str) -> None:

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..api import Catalogue
+from ..candidates.batch import with_allowance
 from ..candidates.feasibility import cost
 from ..engines import Begin
 from ..errors import CatalogueError, DatabaseError
@@ -24,7 +25,6 @@ from ..find.codes import code_of
 from ..find.find import find
 from ..find.starts import start_batch
 from ..folders import replacing, user_folder
-from ..problem.order import takes_starts
 from ..problem.problem import Request
 from ..store import Database
 from ..store.digest import content_digest
@@ -85,7 +85,7 @@ def _open(path: str, digest: str, plugins: Sequence[str]) -> None:
     _OPEN[:] = [Catalogue(Database.open(place, create=False, writable=False), plugins)]
 
 
-def answer(text: str, starts: Sequence[str], *, warm: bool, advise: bool) -> Done:
+def answer(text: str, starts: Sequence[str], *, warm: bool, follow: bool, advise: bool) -> Done:
     """Answer a request.
 
     Parameters
@@ -96,6 +96,8 @@ def answer(text: str, starts: Sequence[str], *, warm: bool, advise: bool) -> Don
         Records of answers to start from.
     warm : bool
         Whether these answer a tighter request.
+    follow : bool
+        Whether requests beside this one are explored.
     advise : bool
         Whether to compute advice for an empty result.
     """
@@ -103,10 +105,10 @@ def answer(text: str, starts: Sequence[str], *, warm: bool, advise: bool) -> Don
     try:
         request = Request.from_json(text)
         guides = tuple(candidate_of(one) for one in starts)
-        found = find(_OPEN[0], request, guides, warm=warm)
+        found = find(_OPEN[0], request, guides, warm=warm, follow=follow)
         if len(found):
-            best = float(_costs(request, found[:1].candidates)[0]) if takes_starts(request) else None
-            return Done(tuple(text_of(record(one)) for one in found), cost=best, seconds=time.process_time() - clock)
+            records = tuple(text_of(record(one)) for one in found)
+            return Done(records, cost=found.cost, seconds=time.process_time() - clock)
         if not advise:
             return Done(reason="no guide found", seconds=time.process_time() - clock)
         advice = found.explanation.advice()
@@ -126,6 +128,8 @@ def _costs(request: Request, guides: Sequence[Candidate]) -> Any:
     found = start_batch(problem, guides)
     if len(found) < len(guides):  # one cannot be laid along the path
         return np.concatenate([_costs(request, [one]) for one in guides]) if len(guides) > 1 else np.full(1, np.inf)
+    if problem.needs_allowance or problem.constraints.play:
+        found = with_allowance(problem, found)  # that of a search is rough
     values = cost(problem, found)
     return np.where(np.isfinite(values), values, np.inf)
 

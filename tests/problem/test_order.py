@@ -96,3 +96,21 @@ def test_tighter_requests_come_first() -> None:
 )  # fmt: skip
 def test_requests_that_differ_in_more_than_bounds_are_not_compared(other: Any) -> None:
     assert neighbours([Request.of(LINE), other]) == {0: (set(), set()), 1: (set(), set())}
+
+
+@pytest.mark.slow
+@settings(max_examples=100, deadline=None)
+@given(REQUESTS)
+def test_looser_requests_are_those_that_others_are_tighter_than(requests: list[Request]) -> None:
+    found = {index: {*map(int, above)} for index, above in Order.of(requests).looser({*range(0, len(requests), 2)})}
+    count = range(len(requests))
+    assert found == {
+        i: {j for j in count if j != i and is_tighter(requests[i], requests[j])} for i in count if i % 2 == 0
+    }
+
+
+def test_every_second_value_of_each_bound_is_explored_and_the_loosest() -> None:
+    deviations, sizes = (0.01, 0.02, 0.03, 0.04), (200, 300, 400)
+    requests = [Request.of(StraightLine(150, d), max_size=s) for d in deviations for s in sizes]
+    explored = {(requests[i].path.deviation, requests[i].constraints.max_size) for i in Order.of(requests).explored()}
+    assert explored == {(d, s) for d in (0.02, 0.04) for s in (200, 400)}

@@ -252,7 +252,7 @@ def test_the_last_round_counts_and_rounds_before_are_told(tmp_path: Path) -> Non
     assert file.done(before=2)[1] == (0, "none", None)
     assert file.of_round(2) == {1}
     assert file.records({1: 2, 2: 0}, 1) == {1: ['{"c": 3}'], 2: ['{"a": 1}']}
-    assert [row["answers"] for row in file.last()] == [1, 2]
+    assert [row.answers for row in file.last()] == [1, 2]
 
 
 def test_other_databases_are_refused(small_db: Path, tmp_path: Path, chart_file: Callable[[], Path]) -> None:
