@@ -31,7 +31,8 @@ ROUNDING = 1e-12
 MOST_STEPS = 1_000_000
 
 FILE = Argument(
-    "file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives; or a template: "
+    "file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives; a file of answers "
+    "of the collection spatial-guidance (`find --save`); or a template: "
     f"{', '.join(sorted(file.stem for file in TEMPLATES.glob('*.toml')))}.",
 )  # fmt: skip
 POINTS = option(
@@ -40,6 +41,7 @@ POINTS = option(
     "Hard points by name from CSV: a name and x, y, z in each row; rows such as axes,SAE and "
     "wheelbase,2700 say the axes, the side and the vehicle.",
 )
+ANSWER = option("--answer", "N", "Which of the guided bodies in a file of answers.", click.IntRange(1), default=1)
 BOTH = switch("--both", "Mirror the wheel at the middle plane: both wheels of the axle.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
 DRIVES = several(
@@ -72,6 +74,7 @@ class _WithColumns(click.Command):
         FILE,
         POINTS,
         BOTH,
+        ANSWER,
         DRIVES,
         number("--from", "VALUE", "Where the drive begins, from the design pose [unit of the file, or degrees]."),
         number("--to", "VALUE", "Where it ends; without both the whole circuit."),
@@ -114,7 +117,7 @@ def sweep(
     from ..spatial import load
 
     with busy("moving it"):
-        job = load(more["file"], more["points"], more["both"])
+        job = load(more["file"], more["points"], more["both"], more["answer"])
         motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
         whole = job.table(motion) if sensitivity is None else job.sensitivities(motion, sensitivity)
         unknown, keys = _unknown(whole), len(motion.drives)

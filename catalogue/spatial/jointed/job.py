@@ -54,7 +54,7 @@ class Reading:
     wheel: str = ""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Job:
     """Contents of a file of hard points; `given` as it was read."""
 
@@ -68,8 +68,12 @@ class Job:
     readings: tuple[Reading, ...] = ()
     unused: tuple[str, ...] = ()
     file: str = ""
+    answers: int = 0
     vehicle: Vehicle | None = None
     loads: tuple[Load, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Job {quoted(self.title)}: drives {', '.join(self.drives) or 'none'}>"
 
     @property
     def wheel(self) -> Wheel | None:
@@ -84,6 +88,8 @@ class Job:
                 "axes of the hard points are not stated, read as ISO 8855 (x forwards, y to the left, z up): "
                 f"state axes, one of {', '.join(AXES)}"
             )
+        if self.answers > 1:
+            out.append(f"{self.file} holds {self.answers} guided bodies: --answer says which")
         if self.unused:
             out.append(f"hard points that nothing refers to: {', '.join(self.unused)}")
         return out

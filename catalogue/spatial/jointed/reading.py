@@ -32,6 +32,7 @@ from ...errors import InvalidRequest, quoted
 from ...folders import folder
 from ...given import instance, names, positive, switch, text
 from . import elements as e
+from .answers import answers_in, tables
 from .axle import AXES, Wheel
 from .both_sides import both_sides, one_side
 from .job import Job, Mounted, Reading
@@ -72,7 +73,7 @@ def templates() -> list[str]:
     return sorted(file.stem for file in TEMPLATES.glob("*.toml"))
 
 
-def load(file: str | Path, points: str | Path | None = None, both: bool = False) -> Job:
+def load(file: str | Path, points: str | Path | None = None, both: bool = False, answer: int = 1) -> Job:
     """Read a mechanism from a TOML or JSON file, or from a template.
 
     Parameters
@@ -81,6 +82,8 @@ def load(file: str | Path, points: str | Path | None = None, both: bool = False)
         Or the name of a template, one of `templates()`.
     points : path, optional
         Hard points in CSV, which replace those of the file by their names.
+    answer : int
+        Which guided body of a file of answers (``find --collection spatial-guidance --save``).
     both : bool
         Whether the wheel of the file is mirrored at the middle plane: both wheels of an axle.
 
@@ -101,16 +104,22 @@ def load(file: str | Path, points: str | Path | None = None, both: bool = False)
         hint = "" if Path(file).suffix else f"; templates are {', '.join(templates())}"
         raise InvalidRequest(f"cannot read {file}: {error}{hint}") from None
     try:
-        given = json.loads(content) if content.lstrip()[:1] == "{" else tomllib.loads(content)
+        is_json = "".join(content.split(maxsplit=2)[:2]).startswith(("{", "[{"))
+        given = json.loads(content) if is_json else tomllib.loads(content)
     except (json.JSONDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InvalidRequest(f"{file} is neither TOML nor JSON: {error}") from None
+    guided = answers_in(given)
+    if guided:
+        given = tables(given, answer, str(file))
+    elif answer != 1:
+        raise InvalidRequest(f"{file} holds no answers of guided bodies: leave out the number of one")
     if not isinstance(given, dict):
         raise InvalidRequest(f"{file} holds no tables")
     listed = read_points(points, str(given.get("unit", "length"))) if points is not None else NamedPoints()
     given, unused = resolved(given, listed, str(file))
     mirrored = switch("both", both) or switch(f"{file}: both", given.get("both", False))
     given = both_sides(given, str(file)) if mirrored else one_side(given)
-    return replace(_job(given, str(file)), unused=tuple(unused), file=str(file))
+    return replace(_job(given, str(file)), unused=tuple(unused), file=str(file), answers=len(guided))
 
 
 def _job(given: dict[str, Any], file: str) -> Job:
