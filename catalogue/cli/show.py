@@ -95,10 +95,10 @@ def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, 
 
 
 def _draw(one: Any, file: Path, moving: bool) -> None:
-    from ..find.placed import PlacedGuide
+    if hasattr(one, "collection") and (moving or file.suffix.lower() == ".gif"):
+        from ..find.specimens import stretch_of
 
-    if moving and not isinstance(one, PlacedGuide):
-        raise InvalidRequest("only a planar guide of two dyads is drawn so that it moves")
+        one = stretch_of(one)
     one.plot(file, **({"moving": True} if moving else {}))
     keep(one)
     print(f"drawn: {file}", file=sys.stderr)

@@ -137,12 +137,29 @@ def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
 def put_chain(pen: Pen, one: ChainPicture) -> None:
     """Draw path, ghosts, wheels, bars and joints with a pen."""
     shown = one.shown
-    pen.line(one.curve, "path", color=PATH, linewidth=1.8, zorder=7)
+    _path(pen, one)
     for ghost in range(1, 1 + len(one.ghosts)):
         _bars(pen, one, one.at, shown[:, ghost], ghost, f"ghost-{ghost}-", ghost=True)
     _wheels(pen, one, shown[:, 0])
     _bars(pen, one, one.at, shown[:, 0], 0, "")
     _joints(pen, one, shown[:, 0])
+
+
+def put_ground(pen: Pen, one: ChainPicture) -> None:
+    """Draw the path with a pen, behind poses of a film."""
+    _path(pen, one)
+
+
+def put_pose(pen: Pen, one: ChainPicture, pose: int) -> None:
+    """Draw bars, wheels and joints in a pose: 0, or the number of a ghost."""
+    z = one.shown[:, pose]
+    _wheels(pen, one, z)
+    _bars(pen, one, one.at, z, pose, "")
+    _pins(pen, one, z)
+
+
+def _path(pen: Pen, one: ChainPicture) -> None:
+    pen.line(one.curve, "path", color=PATH, linewidth=1.8, zorder=7)
 
 
 def _title(figure: Figure, one: ChainPicture, height: float) -> None:
@@ -167,7 +184,7 @@ def _bars(pen: Pen, one: ChainPicture, at: Poses, z: Complexes, pose: int, prefi
         rail, slider = structure.number(slide.first), structure.number(slide.second)
         along = complex(at.turn[rail, pose, 0] * one.circuit.chain.u[number, 0])
         if not ghost:
-            _rail(pen, one, at, number, along)
+            _rail(pen, one, at, number, along, pose)
         pen.block(
             complex(at.at[slider, pose, 0]),
             f"{prefix}block-{slide.second}",
@@ -178,16 +195,16 @@ def _bars(pen: Pen, one: ChainPicture, at: Poses, z: Complexes, pose: int, prefi
         )
 
 
-def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex) -> None:
+def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex, pose: int) -> None:
     """Draw the line of a slide over the motion, from the joints of its bar."""
     structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
     step = max(1, len(one.path) // PAGE.positions)
     run = [one.circuit.poses(one.path[::step, None]).way(number)[:, 0]]
-    start = complex(shown.at[slider, 0, 0]) - along * float(shown.way(number)[0, 0])
+    start = complex(shown.at[slider, pose, 0]) - along * float(shown.way(number)[pose, 0])
     if rail != structure.frame:
         held = [j for j, bars in enumerate(structure.on) if rail in bars]
-        run.append(np.array([((shown.joint(j)[0, 0] - start) / along).real for j in held]))
+        run.append(np.array([((shown.joint(j)[pose, 0] - start) / along).real for j in held]))
     every, spare = np.concatenate(run), 16 * pen.point
     ends = start + along * np.array([every.min() - spare, every.max() + spare])
     if rail == structure.frame:
@@ -198,6 +215,13 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
 
 def _joints(pen: Pen, one: ChainPicture, z: Complexes) -> None:
     """Draw pins, bearings and the guided point, with names."""
+    _pins(pen, one, z)
+    for number, (name, bars) in enumerate(zip(one.structure.joints, one.structure.on, strict=True)):
+        pen.name(complex(z[number]), name, f"name-{name}", GREY if one.structure.frame in bars else INK)
+
+
+def _pins(pen: Pen, one: ChainPicture, z: Complexes) -> None:
+    """Draw pins, bearings and the guided point."""
     structure = one.structure
     for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
         place = complex(z[number])
@@ -207,8 +231,6 @@ def _joints(pen: Pen, one: ChainPicture, z: Complexes) -> None:
             pen.pivot(place, f"joint-{name}")
         if number == one.point:
             pen.dot(place, f"guided-{name}", PATH)
-    for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
-        pen.name(complex(z[number]), name, f"name-{name}", GREY if structure.frame in bars else INK)
 
 
 def _wheels(pen: Pen, one: ChainPicture, z: Complexes) -> None:

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..chains import has_bars
 from ..kinematics.types import Floats
 from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
 from ..units import LENGTH
 from .poses import output
-from .words import described, has_bars, plain
+from .words import described, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
+from ..chains import has_bars
 from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
 from ..guidance.allowance import PROBABILITY
 from ..kinematics.linkage import PR
 from ..units import ASSUMED, ASSUMPTION
 from .units import decimals, fixed, length
-from .words import asked, facts, family, has_bars
+from .words import asked, facts, family
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide

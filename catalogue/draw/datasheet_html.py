@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,12 +11,11 @@ from ..units import ASSUMED, millimetres
 from .curves import LAYOUT, Curve, Drive, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
-from .moving import drawing
+from .moving import drawing, posed
 from .moving_style import DARK, LIGHT, properties
-from .poses import poses
 from .svg import Clock, number, polyline, text
 from .units import Scale, length
-from .words import described, has_bars
+from .words import described
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -85,7 +83,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
     """
     wide, high = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
-    svg = (_picture if has_bars(here) else _drawn)(here, scale, wide - 2 * PAPER.margin, high - PAPER.below)
+    svg = _drawn(here, scale, wide - 2 * PAPER.margin, high - PAPER.below)
     drive, shown = curves(here)
     return fill(
         _PAGE,
@@ -112,7 +110,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
 def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
     """Return the animated drawing in true millimetres with a scale bar."""
     unit = guide.unit or ASSUMED
-    shown, per = poses(guide), millimetres(unit)
+    shown, per = posed(guide), millimetres(unit)
     room = high - 7
     to = Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, wide, room, PAPER.point) / per)
     frame = Frame.centred(shown, to.ratio * per, PAPER.point, wide, high, complex(0.5 * wide, 0.5 * room))
@@ -134,19 +132,6 @@ def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> M
         width=f"{number(wide)}mm",
         height=f"{number(high)}mm",
     )
-
-
-def _picture(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
-    """Return the drawing of many bars as a picture in true millimetres with a scale bar."""
-    from ..paper import blank, literal, rendered
-    from .datasheet_pdf import INCH, to_scale
-
-    figure = blank(wide / INCH, high / INCH)
-    to_scale(figure.add_axes((0, 0, 1, 1)), guide, scale, wide, high)
-    literal(figure)
-    data = b64encode(rendered(figure, "png")).decode()
-    style = f"display: block; width: {number(wide)}mm; height: {number(high)}mm"
-    return element("img", src=f"data:image/png;base64,{data}", alt=described(guide), style=style)
 
 
 def _tables(told: Content) -> Markup:

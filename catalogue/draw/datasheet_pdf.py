@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..chains import has_bars
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
 from .chain import put_chain
@@ -18,7 +19,6 @@ from .scene import Scene, scene, scene_of
 from .sheet import stroked
 from .symbols import Pen
 from .units import Scale, length
-from .words import has_bars
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

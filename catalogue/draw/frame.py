@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Complexes, Floats, Mask
+from .chain_poses import ChainPoses
 from .drive_marks import MARK
 from .poses import Poses
 from .symbols import BLOCK, SYMBOL
@@ -75,7 +77,7 @@ class Frame:
             )
 
     @classmethod
-    def around(cls, shown: Poses, width: float, height: float | None, point: float) -> Frame:
+    def around(cls, shown: Poses | ChainPoses, width: float, height: float | None, point: float) -> Frame:
         """Return the frame of the largest scale that fits a width, and a height if given."""
         scale = largest_scale(shown, width, FRAME.tall * width if height is None else height, point)
         if height is None:
@@ -83,26 +85,28 @@ class Frame:
         return cls.centred(shown, scale, point, width, height, complex(0.5 * width, 0.5 * height))
 
     @classmethod
-    def centred(cls, shown: Poses, scale: float, point: float, width: float, height: float, centre: complex) -> Frame:
+    def centred(
+        cls, shown: Poses | ChainPoses, scale: float, point: float, width: float, height: float, centre: complex
+    ) -> Frame:
         """Return the frame of a scale, centred at a position of the paper."""
         (left, right), (below, above) = _ends(shown, scale, point)
         middle = complex(0.5 * (left + right), 0.5 * (below + above))
         return cls(scale, (middle - centre.conjugate()) / scale, point, width, height)
 
 
-def largest_scale(shown: Poses, width: float, height: float, point: float) -> float:
+def largest_scale(shown: Poses | ChainPoses, width: float, height: float, point: float) -> float:
     """Compute the largest scale that fits a width and a height."""
     places, border = room(shown, point)
     return min(_largest(places.real, border[:, :2], width), _largest(places.imag, border[:, 2:], height))
 
 
-def size_at(shown: Poses, scale: float, point: float) -> complex:
+def size_at(shown: Poses | ChainPoses, scale: float, point: float) -> complex:
     """Compute width and height of the drawing at a scale."""
     (left, right), (below, above) = _ends(shown, scale, point)
     return complex(right - left, above - below)
 
 
-def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]:
+def _ends(shown: Poses | ChainPoses, scale: float, point: float) -> list[tuple[float, float]]:
     """Compute the horizontal and vertical range of the drawing [units of paper]."""
     places, border = room(shown, point)
     return [
@@ -111,10 +115,13 @@ def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]
     ]
 
 
-def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
+def room(shown: Poses | ChainPoses, point: float) -> tuple[Complexes, Floats]:
     """Return positions (k,) and the margins of their symbols on four sides, (k, 4)."""
     link, block, foot = SYMBOL.link + 2, BLOCK[0] + 14, BEARING_SYMBOL.height + BEARING_SYMBOL.hatching
     parts: list[tuple[Complexes, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
+    if isinstance(shown, ChainPoses):
+        parts.append((shown.bearings, (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, MARK.radius + 5)))
+        return _joined(parts, point)
     for i in (0, 1):
         if shown.kinds[i] == PR:
             spare = BLOCK[0] + 9 + 1j * (BLOCK[1] + BEARING_SYMBOL.hatching + 1)
@@ -130,6 +137,11 @@ def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
             parts.append((shown.carried(shown.rods[i]).ravel(), (block, block, block, block)))
     if shown.joint is not None:
         parts.append((np.array([shown.pivot]), (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, link)))
+    return _joined(parts, point)
+
+
+def _joined(parts: Sequence[tuple[Complexes, tuple[float, ...]]], point: float) -> tuple[Complexes, Floats]:
+    """Return all places and their margins."""
     places = np.concatenate([z for z, _ in parts])
     border = np.concatenate([np.tile(b, (len(z), 1)) for z, b in parts])
     return places, border * point

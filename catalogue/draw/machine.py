@@ -19,7 +19,7 @@ def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
     path = element("path", class_="path", d=polyline(frame.at(shown.path)))
     traces = [element("path", class_="path second", d=polyline(frame.at(z))) for z in shown.traces.values()]
     held = [_held(shown, frame, i) for i in (0, 1)]
-    joints = [_pin(frame.at(shown.fixed[i]), frame) for i in (0, 1) if shown.kinds[i] != PR]
+    joints = [pin(frame.at(shown.fixed[i]), frame) for i in (0, 1) if shown.kinds[i] != PR]
     blocks = [_slide(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == RP]
     cranks = [_crank(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == RR]
     sliders = [_slider(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == PR]
@@ -42,7 +42,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
         for i, ends in shown.rods.items()
     ]
     home = frame.along(shown.home - origin)
-    pins = [_pin(home[i], frame) for i in (0, 1) if shown.kinds[i] != RP]
+    pins = [pin(home[i], frame) for i in (0, 1) if shown.kinds[i] != RP]
     dots = [
         element("circle", class_="point second", cx=number(z.real), cy=number(z.imag), r=number(2.6 * point))
         for z in (frame.along(shown.traced[name] - origin) for name in shown.traces)
@@ -73,13 +73,13 @@ def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
 def _slider(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
     angle = number(float(-np.degrees(np.angle(1j * shown.fixed[i]))), 3)
     return clock.moved(
-        frame.at(shown.moving[:, i]), "slider", element("path", d=_block(frame), transform=f"rotate({angle})")
+        frame.at(shown.moving[:, i]), "slider", element("path", d=block(frame), transform=f"rotate({angle})")
     )
 
 
 def _slide(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
-    block = clock.turned(shown.turn, None, element("path", d=_block(frame, float(np.angle(1j * shown.normals[i])))))
-    return group("slide", block, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
+    turned = clock.turned(shown.turn, None, element("path", d=block(frame, float(np.angle(1j * shown.normals[i])))))
+    return group("slide", turned, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
 
 
 def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
@@ -93,23 +93,24 @@ def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
         body = element(
             "path", class_="link output", d=plate(np.array([0j, complex(length)]), SYMBOL.link * frame.point)
         )
-        pin = _pin(complex(length), frame)
-        turned = clock.turned(np.unwrap(np.angle(away)), None, body, pin)
+        turned = clock.turned(np.unwrap(np.angle(away)), None, body, pin(complex(length), frame))
         if parts:
-            parts.append(clock.moved(frame.at(start), "output", turned, _pin(0j, frame)))
+            parts.append(clock.moved(frame.at(start), "output", turned, pin(0j, frame)))
         else:
             at = pair(complex(frame.at(shown.pivot)))
             parts.append(group("output", turned, transform=f"translate({at})"))
-    return [*parts, _pin(frame.at(shown.pivot), frame)]
+    return [*parts, pin(frame.at(shown.pivot), frame)]
 
 
-def _block(frame: Frame, angle: float = 0.0) -> str:
+def block(frame: Frame, angle: float = 0.0) -> str:
+    """Return the outline of a block at an angle from the x axis [rad]."""
     half = (BLOCK[0] - 1.5 + 1j * (BLOCK[1] - 1.5)) * frame.point
     corner = np.array([half, half.conjugate(), -half, -half.conjugate()]) * np.exp(-1j * angle)
     return polyline(corner) + "Z"
 
 
-def _pin(z: complex, frame: Frame) -> Markup:
+def pin(z: complex, frame: Frame) -> Markup:
+    """Return a pin."""
     return element(
         "circle", class_="pin", cx=number(float(z.real)), cy=number(float(z.imag)), r=number(SYMBOL.pivot * frame.point)
     )
@@ -127,7 +128,7 @@ def bearing(z: complex, frame: Frame) -> Markup:
     p = frame.point
     foot = z + 1j * BEARING_SYMBOL.height * p
     corner = np.array([z - 2.4 * p, z + 2.4 * p, foot + 8 * p, foot - 8 * p])
-    return element("path", class_="bearing", d=polyline(corner) + "Z") + _hatched(
+    return element("path", class_="bearing", d=polyline(corner) + "Z") + hatched(
         foot - BEARING_SYMBOL.foot * p, foot + BEARING_SYMBOL.foot * p, 1j, frame
     )
 
@@ -144,10 +145,10 @@ def _track(shown: Poses, frame: Frame, i: int) -> Markup:
     run = ((at - at[0]) * np.conj(along)).real
     spare = (BLOCK[0] + 7) * p
     foot = at[0] + side * BLOCK[1] * p * normal
-    return _hatched(foot + (run.min() - spare) * along, foot + (run.max() + spare) * along, side * normal, frame)
+    return hatched(foot + (run.min() - spare) * along, foot + (run.max() + spare) * along, side * normal, frame)
 
 
-def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
+def hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
     """Return a fixed line with hatching on the side `towards`."""
     along = (b - a) / abs(b - a)
     length = BEARING_SYMBOL.hatching * frame.point

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from itertools import count
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..chains import has_bars
 from ..errors import InvalidRequest
 from ..markup import NOTHING, Markup, element
+from .chain_machine import chain_machine
+from .chain_poses import ChainPoses, chain_poses
 from .frame import Frame
 from .machine import machine
-from .moving_layers import LAYERS, Layers
+from .moving_layers import LAYERS, Layers, layers_of
 from .moving_style import STYLE
-from .poses import Poses, poses
+from .poses import POSE_COUNT, Poses, poses
 from .svg import Clock, number
 from .words import described
 
@@ -58,15 +61,16 @@ def moving_svg(
     Parameters
     ----------
     guide : PlacedGuide
-        A candidate, a guide of your own or a dwell; the last two have no stroke and run over their
-        circuit.
+        A candidate, a guide of your own or a dwell, or a mechanism of many bars; what has no stroke
+        runs over its circuit.
     width, height : float
         Size [px].  Default height: as needed, 0.3 to 1 of the width; the drawing is centred.
     layers : collection of str
         Layers besides the linkage and its path, of `LAYERS`: ``pole``, ``circle`` (inflection
         circle), ``cubics`` (circling-point curve on the coupler, centring-point curve on the
         ground, both of the given position), ``centrodes``, ``velocity`` (of the guided point),
-        ``turn`` (path over the whole circuit), ``names`` (of the pivots).
+        ``turn`` (path over the whole circuit), ``names`` (of the pivots).  Of many bars the last
+        three.
     hidden : collection of str
         Layers hidden at first: the class ``hide-NAME`` of the root hides a layer, so
         ``svg.classList.toggle("hide-pole")`` acts as a check box.
@@ -103,20 +107,44 @@ def moving_svg(
     InvalidRequest
         If there is no such layer, a size is not positive, or as of `poses.poses`.
     """
-    if unknown := [name for name in (*layers, *hidden) if name not in LAYERS]:
-        raise InvalidRequest(f"there is no layer {unknown[0]!r} of a drawing; there are {', '.join(LAYERS)}")
+    known = layers_of(guide)
+    if unknown := [name for name in (*layers, *hidden) if name not in known]:
+        raise InvalidRequest(f"there is no layer {unknown[0]!r} of a drawing; there are {', '.join(known)}")
     if not (0 < width < np.inf and (height is None or 0 < height < np.inf) and 0 < seconds < np.inf):
         raise InvalidRequest("width, height and seconds of a drawing must be positive")
-    shown = poses(guide, count, turn=turn, points=points)
+    shown = posed(guide, count, turn=turn, points=points)
     frame = Frame.around(shown, width, height, max(0.6, width * POINT))
     clock = Clock(seconds, shown.closed, shown.middle, still, shown.time)
     prefix = f"guide-{next(_numbers)}-" if prefix is None else prefix
     return drawing(guide, shown, frame, clock, layers, hidden, title or described(guide), prefix, style=style)
 
 
+def posed(
+    guide: PlacedGuide,
+    count: int | None = None,
+    *,
+    turn: bool = False,
+    points: Mapping[str, Any] | None = None,
+    error: float = POSE_COUNT.error,
+) -> Poses | ChainPoses:
+    """Compute the poses of a guide, or of a mechanism of many bars; see `poses.poses`.
+
+    Raises
+    ------
+    InvalidRequest
+        As of `poses.poses`; also for further points of many bars.
+    """
+    if not has_bars(guide):
+        return poses(guide, count, turn=turn, points=points, error=error)
+    if points:
+        raise InvalidRequest("a further point of a mechanism of many bars is a joint on one bar: name it there")
+    own: Any = guide  # an `OwnChain`, which is above
+    return chain_poses(own, count, turn=turn, error=error)
+
+
 def drawing(
     guide: PlacedGuide,
-    shown: Poses,
+    shown: Poses | ChainPoses,
     frame: Frame,
     clock: Clock,
     layers: Collection[str],
@@ -142,7 +170,10 @@ def drawing(
         place = {"y": number(clip[0]), "height": number(clip[1] - clip[0])}
         window = element("clipPath", element("rect", x="0", width="100%", **place), id=f"{prefix}window")
         clipped = {"clip_path": f"url(#{prefix}window)"}
-    below, above = machine(shown, frame, clock)
+    if isinstance(shown, ChainPoses):
+        below, above = chain_machine(shown, frame, clock)
+    else:
+        below, above = machine(shown, frame, clock)
     size = {"width": number(frame.width), "height": number(frame.height)} | root
     kind = " ".join(["guide-drawing", *(f"hide-{name}" for name in wanted if name in hidden)])
     return element(

@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..chains import has_bars
 from ..markup import NOTHING, Markup, element, join
 from ..units import ASSUMED, ASSUMPTION, millimetres
 from .frame import Frame, largest_scale, size_at
-from .moving import drawing
-from .moving_layers import LAYERS
+from .moving import drawing, posed
+from .moving_layers import layers_of
 from .moving_style import colour
-from .poses import poses
 from .svg import Clock, group, number, pair, text
 from .units import Scale, length
 from .words import described, facts, family, places
@@ -122,8 +122,8 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
     """
     guide = guide.in_unit(unit)
     unit = guide.unit or ASSUMED
-    shown = poses(guide)
-    layers = [name for name in LAYERS if name != "turn" or not shown.closed]  # that path is drawn as it is
+    shown = posed(guide)
+    layers = [name for name in layers_of(guide) if name != "turn" or not shown.closed]  # that path is drawn as it is
     per = millimetres(unit)
     drawn = (
         Scale.named(scale)
@@ -194,7 +194,8 @@ def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
     way = guide.frame  # type: ignore[attr-defined]  # what has a stroke has a frame of its path
     ends = frame.at(way.origin + stroke * way.direction * np.array([0, 1]))
     along = (ends[1] - ends[0]) / abs(ends[1] - ends[0])
-    finite = guide.linkage.points[0][guide.linkage.finite[0]]
+    own: Any = guide
+    finite = own.chain.z[:, 0] if has_bars(guide) else own.linkage.points[0][own.linkage.finite[0]]
     side = 1j if ((frame.at(finite) - ends[0]) * np.conj(1j * along)).real.sum() < 0 else -1j
     away = side * along
     line = ends + 6.5 * away

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..chains import has_bars
 from ..curvature_theory.analysis import curvature
 from ..curvature_theory.finite_pole import finite_pole
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.sampling import halved, off_chord
 from ..kinematics.types import Complexes, Floats, Mask, Scalar
 from ..markup import NOTHING, Markup, element, join
+from .chain_machine import chain_names
+from .chain_poses import chain_poses
 from .cubics import cubic
 from .frame import Frame
 from .moving_style import LAYER_NAMES
-from .poses import Poses
 from .svg import Clock, group, number, pair, polyline, text
 
 if TYPE_CHECKING:
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
 
 #: Names of layers, as they may be asked for, from the back to the front.
 LAYERS = LAYER_NAMES
+
+
+#: Layers of a mechanism of many bars, of which no curvature is drawn.
+CHAIN_LAYERS = ("turn", "velocity", "names")
 
 
 class LayerOptions(NamedTuple):
@@ -41,12 +47,17 @@ class LayerOptions(NamedTuple):
 LAYER = LayerOptions()
 
 
+def layers_of(guide: PlacedGuide) -> tuple[str, ...]:
+    """Return the names of the layers that a guide can have."""
+    return CHAIN_LAYERS if has_bars(guide) else LAYERS
+
+
 @dataclass(frozen=True)
 class Layers:
     """Draws layers of poses in a frame."""
 
     guide: PlacedGuide
-    shown: Poses
+    shown: Any  #: `Poses`, or `ChainPoses` of many bars
     frame: Frame
     clock: Clock
 
@@ -152,13 +163,19 @@ class Layers:
 
     def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
-        run = self.guide.run(whole=True)
-        z = run.path(run.polyline())
+        if has_bars(self.guide):
+            own: Any = self.guide  # an `OwnChain`, which is above
+            z = chain_poses(own, turn=True).path
+        else:
+            run = self.guide.run(whole=True)
+            z = run.path(run.polyline())
         z = np.where(self.frame.near(z, 0.5), z, np.nan)
         return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
 
     def _names(self) -> Markup:
         """Return the names of the pivots; those of the coupler go with them, upright."""
+        if has_bars(self.guide):
+            return chain_names(self.shown, self.frame, self.clock)
         parts, p = [], self.frame.point
         away = complex(7 * p, -6 * p)
         for i in (0, 1):

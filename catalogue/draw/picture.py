@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..chains import has_bars
 from ..errors import InvalidRequest, quoted
 from ..given import switch
 from ..paper import FORMATS, kind_of, write, write_bytes
+from .chain_poses import ChainPoses
 from .moving_file import moving_file
+from .symbols import Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..find.placed import PlacedGuide
+    from .poses import Poses
 
 #: Formats of a drawing; a GIF is always animated.
 KINDS = (*FORMATS, "gif")
@@ -84,24 +89,57 @@ def draw(
     if file is not None and kind == "gif":
         write_bytes(film(guide), Path(file))
         return None
-    from .sheet import sheet
-
-    figure = sheet(guide)
+    figure = _still(guide)
     if file is not None and kind is not None:
         write(figure, Path(file), kind)
     return figure
 
 
+def _still(guide: PlacedGuide) -> Any:
+    """Draw a guide in one pose on a sheet."""
+    own: Any = guide
+    if has_bars(guide):
+        from .chain import draw_chain
+
+        return draw_chain(own.picture())
+    from .sheet import sheet
+
+    return sheet(guide)
+
+
+class Stage(NamedTuple):
+    """Parts of a film: its box, and functions of a pen that draw what stands, and a pose."""
+
+    box: tuple[float, float, float, float]
+    ground: Callable[[Pen], None]
+    links: Callable[[Pen, int], None]
+
+
+def _staged(guide: PlacedGuide, taken: Poses | ChainPoses) -> Stage:
+    """Return the parts of a film of a guide in poses."""
+    if isinstance(taken, ChainPoses):
+        from .chain import ChainPicture, put_ground, put_pose
+
+        own: Any = guide
+        path = own.samples(*own.range if taken.closed else (taken.phases[0], taken.phases[-1])).polyline([0])
+        one = ChainPicture(own.circuit, taken.point, path, taken.phases[0], taken.phases[1:], "", [])
+        low, high = one.box
+        box = low.real, low.imag, high.real, high.imag
+        return Stage(box, lambda pen: put_ground(pen, one), lambda pen, pose: put_pose(pen, one, pose))
+    from .mechanism import ground, links
+    from .scene import scene_of
+
+    shown = scene_of(taken)
+    return Stage(shown.box, lambda pen: ground(pen, shown), lambda pen, pose: links(pen, shown, pose))
+
+
 def film(guide: PlacedGuide) -> bytes:
     """Draw an animated GIF of a guide, to and fro or round and round."""
     from ..paper import blank
-    from .mechanism import ground, links
-    from .poses import poses
-    from .scene import scene_of
-    from .symbols import Pen
+    from .moving import posed
 
-    taken = poses(guide, error=FILM.error)
-    shown = scene_of(taken)
+    taken = posed(guide, error=FILM.error)
+    shown = _staged(guide, taken)
     x0, y0, x1, y1 = shown.box
     border = 0.45
     inch = max((x1 - x0) / (FILM.width - 2 * border), (y1 - y0) / (FILM.tall * FILM.width - 2 * border))
@@ -115,13 +153,13 @@ def film(guide: PlacedGuide) -> bytes:
     axes.set_xlim(0.5 * (x0 + x1 - FILM.width * inch), 0.5 * (x0 + x1 + FILM.width * inch))
     axes.set_ylim(0.5 * (y0 + y1 - height * inch), 0.5 * (y0 + y1 + height * inch))
     pen = Pen(axes, inch / 72)
-    ground(pen, shown)
+    shown.ground(pen)
     standing = set(axes.get_children())
     figure.set_dpi(FILM.dpi)
     canvas = FigureCanvasAgg(figure)
     frames = []
-    for pose in range(len(shown.coupler)):
-        links(pen, shown, pose)
+    for pose in range(len(taken.time)):
+        shown.links(pen, pose)
         canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib has no types here
         dots = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # nor here
         frames.append(Image.fromarray(dots).convert("RGB"))

@@ -76,20 +76,28 @@ def plate(z: Complexes, radius: float) -> str:
 
 
 def _hull(z: Complexes, near: float) -> Complexes:
-    """Compute the convex hull of up to three points by ascending angle; close points coincide."""
-    corner = [z[0]]
-    for point in z[1:]:
+    """Compute the convex hull by ascending angle (A. M. Andrew 1979); close points coincide."""
+    points = sorted(np.asarray(z).tolist(), key=lambda p: (p.real, p.imag))
+    corner = points[:1]
+    for point in points[1:]:
         if min(abs(point - other) for other in corner) > near:
             corner.append(point)
-    if len(corner) == 3:
-        a, b, c = corner
-        area = ((b - a).conjugate() * (c - a)).imag
-        longest = max((abs(b - a), a, b), (abs(c - b), b, c), (abs(a - c), a, c), key=lambda side: side[0])
-        if abs(area) <= near * longest[0]:
-            corner = [longest[1], longest[2]]
-        elif area < 0:
-            corner = [a, c, b]
-    return np.array(corner)
+    if len(corner) < 3:
+        return np.array(corner)
+    ends: list[complex] = []
+    for way in (corner, corner[::-1]):
+        chain: list[complex] = []
+        for point in way:
+            while len(chain) > 1 and _left(chain[-2], chain[-1], point) <= near * abs(point - chain[-2]):
+                chain.pop()
+            chain.append(point)
+        ends += chain[:-1]
+    return np.array(ends)
+
+
+def _left(a: complex, b: complex, c: complex) -> float:
+    """Return twice the area of a triangle, positive if it turns by ascending angle."""
+    return ((b - a).conjugate() * (c - a)).imag
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from ..chains import has_bars
 from .units import length
 
 if TYPE_CHECKING:
@@ -20,11 +21,6 @@ FAMILIES = {
     "elliptic-trammel": "elliptic trammel",
     "oldham": "Oldham linkage",
 }
-
-
-def has_bars(guide: PlacedGuide) -> bool:
-    """Tell whether a guide is a mechanism of many bars, an `OwnChain`."""
-    return hasattr(guide, "bars")
 
 
 def family(guide: PlacedGuide) -> str:
@@ -86,6 +82,10 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
 
 def places(guide: PlacedGuide, unit: str) -> list[str]:
     """Describe the positions of the fixed pivots; of a slider the direction of its rail."""
+    own: Any = guide
+    if has_bars(guide):
+        at = {name: [length(v, unit) for v in own.joints[name]] for name in own.bars["frame"]}
+        return [f"{name} at ({', '.join(place)})" for name, place in at.items()]
     told = []
     for i, dyad in enumerate(guide.pivots):
         x, y, w = dyad[0]

@@ -110,8 +110,3 @@ def chosen(format: str | None, file: Path | None) -> str:
         hint = f"did you mean {near[0]!r}?" if near else f"choose {', '.join(FORMATS)}"
         raise InvalidRequest(f"there is no format {quoted(format)}; {hint}")
     return format
-
-
-def has_bars(guide: object) -> bool:
-    """Tell whether a guide is a mechanism of many bars, such as `catalogue.mechanism` makes."""
-    return hasattr(guide, "bars")

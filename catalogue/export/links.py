@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..chains import has_bars
 from ..errors import InvalidRequest
 from ..kinematics.circuits import OPEN, circuits
 from ..kinematics.link_lengths import in_coupler
 from ..kinematics.linkage import PR, RR
 from ..kinematics.types import Complexes, Floats
-from .formats import has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide

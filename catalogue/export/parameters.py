@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .formats import has_bars
+from ..chains import has_bars
 from .links import distinct, rod_and_rocker, taken_apart
 from .outlines import Sizes
 

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from .formats import has_bars
+from ..chains import has_bars
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide

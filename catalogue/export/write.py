@@ -9,9 +9,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..chains import has_bars
 from ..errors import InvalidRequest, quoted
 from ..folders import is_folder, replacing
-from .formats import Options, chosen, has_bars
+from .formats import Options, chosen
 
 if TYPE_CHECKING:
     from ..find.own_chain import OwnChain

@@ -293,7 +293,7 @@ def _sound(one: Answer) -> Answer:
 
 def _of_collection(values: dict[str, Any], collection: Callable[[str], Collection] | None) -> CollectionCandidate:
     from ..collections.results import CollectionCandidate
-    from .specimens import check
+    from .specimens import checked
 
     if collection is None:
         raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
@@ -307,6 +307,4 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
         "collection": collection(values["collection"]),
         "special": tuple(values["special"]),
     }
-    one = CollectionCandidate(**named)
-    check(one)
-    return one
+    return checked(CollectionCandidate(**named))

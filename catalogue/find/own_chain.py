@@ -23,6 +23,7 @@ from ..kinematics.circuits import OPEN, TURN
 from ..kinematics.sampling import Samples, resolved
 from ..kinematics.splines import SPLINE, place_points
 from ..kinematics.types import Complexes, Floats
+from ..problem.path import PathFrame
 from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
@@ -280,28 +281,41 @@ class OwnChain:
 
         return measure(self, **asked)
 
-    def plot(self, file: str | Path | None = None, *, moving: bool = False, unit: str | None = None) -> Figure:
+    def plot(
+        self,
+        file: str | Path | None = None,
+        *,
+        moving: bool = False,
+        unit: str | None = None,
+        scale: str | None = None,
+    ) -> Any:
         """Draw the mechanism with the path of its guided point.
 
         Parameters
         ----------
         file : path, optional
-            PNG, SVG or PDF by suffix.
+            PNG, SVG, PDF or animated GIF by suffix.
         moving : bool
-            Is refused: only planar guides of two dyads are animated yet.
+            Animate an SVG, without script or matplotlib.
         unit : str, optional
             Unit to convert to.
+        scale : str, optional
+            Scale of an animated SVG in true millimetres, such as ``1:2``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or None
+            None for an animation.
 
         Raises
         ------
         InvalidRequest, MissingExtra
             As `PlacedGuide.plot`.
         """
-        if moving:
-            raise InvalidRequest("a mechanism of many bars is not animated yet: draw it without --moving")
-        from ..draw.chain import draw_chain
+        from ..draw.picture import draw
 
-        return draw_chain(self.in_unit(unit).picture(), file)
+        guide: Any = self
+        return draw(guide, file, moving=moving, unit=unit, scale=scale, code=self.code)
 
     def picture(self) -> ChainPicture:
         """Return the contents of a drawing: pose, path and ghosts, in the unit of the mechanism."""
@@ -387,12 +401,12 @@ class OwnChain:
         Parameters
         ----------
         file, paper, unit, scale
-            As of `PlacedGuide.sheet`; the drawing of a page of HTML does not move.
+            As of `PlacedGuide.sheet`.
 
         Raises
         ------
         InvalidRequest, MissingExtra
-            As `PlacedGuide.sheet`; also for HTML without matplotlib.
+            As `PlacedGuide.sheet`.
         """
         from ..draw.datasheet_file import sheet
 
@@ -487,6 +501,11 @@ class ChainStretch(OwnChain):
         bare = cls(**whole.given, **measured, _window=window)
         bare.__dict__.update({name: whole.__dict__[name] for name in ("read", "circuit") if name in whole.__dict__})
         return replace(bare, **bare.over_window())
+
+    @property
+    def frame(self) -> PathFrame:
+        """Frame of the path: its start and direction."""
+        return PathFrame((self.start[0], self.start[1]), self.along)
 
     def over_window(self) -> dict[str, Any]:
         """Measure size, transmission angle and drive over the stretch."""

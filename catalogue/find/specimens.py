@@ -243,8 +243,8 @@ def _request(stroke: float, radius: float | None, unit: str | None = None) -> Pa
     return CircularArc(stroke, 0.1 * stroke, radius, unit=unit)
 
 
-def check(one: CollectionCandidate) -> None:
-    """Refuse an answer that disagrees with the measurement of its mechanism."""
+def checked(one: CollectionCandidate) -> CollectionCandidate:
+    """Refuse an answer that disagrees with its measurement; add metrics it was kept without."""
     stroke, _ = positive("stroke", one.stroke), whole("id", one.id, 0)
     try:
         [found] = measured(one.collection, [one.parameters], _request(stroke, one.radius))
@@ -256,11 +256,12 @@ def check(one: CollectionCandidate) -> None:
     wrong = [
         k
         for k, v in numbers.items()
-        if not abs(a_number(k, told.get(k)) - v) <= 2 * VERIFY.slack * abs(v) + 1e-9 * stroke
+        if k in told and not abs(a_number(k, told[k]) - v) <= 2 * VERIFY.slack * abs(v) + 1e-9 * stroke
     ]
-    if found.reason or tags != known or told.keys() != numbers.keys() or wrong:
+    if found.reason or tags != known or not {"deviation", *told} <= numbers.keys() or wrong:
         what = f"its {wrong[0]} is {told[wrong[0]]:g}, measured again {numbers[wrong[0]]:g}" if wrong else found.reason
         raise InvalidRequest(what or f"it is {known}, not {tags}")
+    return replace(one, metrics={**again.metrics, **one.metrics})
 
 
 @contextmanager

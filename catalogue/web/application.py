@@ -180,7 +180,6 @@ class Page:
             guide=found,
             unit=found.unit,
             files=guides.offered(),
-            layers=guides.SHOWN,
             seconds=guides.GUIDE_PAGE.seconds,
         )
 

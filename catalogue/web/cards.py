@@ -6,16 +6,17 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from secrets import token_hex
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
 from ..draw.words import family
+from ..find.own_chain import ChainStretch
 from ..markup import Markup
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
-    from ..find.placed import PlacedGuide
+    from ..find.own_chain import OwnChain
 
 T = TypeVar("T")
 
@@ -94,7 +95,7 @@ def words(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def drawing(one: PlacedGuide) -> Markup:
+def drawing(one: Any) -> Markup:
     """Return the animated drawing of a card, without style sheet: the page has it."""
     return moving_svg(one, width=CARD_SIZE.width, height=CARD_SIZE.height, style=False, prefix=f"g{token_hex(4)}-")
 
@@ -143,6 +144,28 @@ def card(one: Candidate, code: str, drawn: Markup, kind: str = "") -> Card:
     title = " · ".join(part for part in (one.configuration, contact(one.order) if one.order else "") if part)
     name, series = mechanism(one), one.series or "own"
     return Card(code, name, series, kind, one.family, one.configuration, title, drawn, numbers(one), one.score)
+
+
+def chain_card(one: OwnChain, code: str) -> Card:
+    """Make the card of a mechanism of many bars; what has no stroke has no numbers."""
+    named: Any = one
+    shown = list[Number]()
+    if isinstance(one, ChainStretch):
+        help = "Half the width of the narrowest strip, or annulus, that contains the path."
+        shown = [
+            Number("Deviation", figure(one.deviation), "length", help, one.deviation),
+            Number("Size", figure(one.size, 4), "length", "Diameter of all joints over the stroke.", one.size),
+            Number(
+                "Transmission",
+                figure(one.min_transmission, 2),
+                "\u00b0",
+                "Minimum transmission angle of any dyad over the stroke.",
+                one.min_transmission,
+            ),
+        ]
+        shown += [Number("Radius", figure(one.radius, 4), "length", "Radius of the path.")] * (one.radius is not None)
+    kind = family(named)
+    return Card(code, one.name or kind, kind, "", kind, "", "", drawing(one), tuple(shown), None)
 
 
 def variety(answers: Sequence[T], kinds: Iterable[tuple[str, str]]) -> tuple[list[T], list[T]]:

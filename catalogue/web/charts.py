@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..draw.curves import LAYOUT, Curve, curves
 from ..draw.svg import ticks
 from ..errors import InvalidRequest
-from ..find.candidate import Candidate
 from ..kinematics.types import Floats
 from ..markup import Markup, element
 from .cards import figure
@@ -31,7 +30,7 @@ class ChartLayout(NamedTuple):
 CHART = ChartLayout()
 
 
-def charts(one: Candidate) -> tuple[Markup, ...]:
+def charts(one: Any) -> tuple[Markup, ...]:
     """Chart the quantities of a guide over its drive; none for a point that returns."""
     try:
         drive, found = curves(one)

@@ -3,30 +3,35 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..collections.results import CollectionCandidate
 from ..curvature_theory.analysis import DEAD_POINT, PARALLEL, curvature
 from ..draw import moving_svg
 from ..draw.datasheet_html import sheet_html
 from ..draw.moving import LAYERS
 from ..draw.moving_file import moving_file
+from ..draw.moving_layers import layers_of
 from ..errors import InvalidRequest, quoted
 from ..export import export
 from ..export.formats import FORMATS, SUFFIXES
+from ..export.write import TWO_DYADS
 from ..find.answers import recall
 from ..find.candidate import Candidate
 from ..find.codes import is_code
+from ..find.own_chain import ChainStretch, OwnChain
 from ..find.own_guide import OwnGuide
+from ..find.specimens import stretch_of
 from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guide
 from ..units import ASSUMED
 from .asked import in_words, opened
-from .cards import RISING, Card, Number, card, contact, coordinate, figure, mechanism, words
+from .cards import RISING, Card, Number, card, chain_card, contact, coordinate, figure, mechanism, words
 from .charts import charts
 
 if TYPE_CHECKING:
@@ -47,7 +52,7 @@ GUIDE_PAGE = PageLimits()
 
 #: Layers of the large drawing, in words.
 SHOWN = {
-    "names": "Names of the pivots",
+    "names": "Names of the joints",
     "turn": "Path over the whole circuit",
     "pole": "Pole",
     "circle": "Inflection circle",
@@ -74,9 +79,11 @@ class GuidePage:
     charts: tuple[Markup, ...]
     own: tuple[tuple[str, str], ...]  #: query of the page of own linkages for this guide
     unit: str  #: unit of its lengths
+    layers: Mapping[str, str]  #: layers of the drawing, in words
+    missing: Container[str] = ()  #: kinds of files that it cannot have
 
 
-def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
+def pick(name: str) -> tuple[Candidate | OwnGuide | OwnChain, NamedGuide | None]:
     """Find a guide by code, number or name.
 
     Raises
@@ -91,7 +98,9 @@ def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
         return as_published(design, opened().guide(name), design.stroke), design
     if is_code(name):
         found = recall(name, opened().registry.collection)
-        if not isinstance(found, Candidate | OwnGuide):
+        if isinstance(found, CollectionCandidate) and found.collection.mechanism is not None:
+            found = stretch_of(found)
+        if not isinstance(found, Candidate | OwnGuide | OwnChain):
             raise InvalidRequest(f"{name} is no planar guide: `catalogue show {name}` prints it")
         return found, None
     if not name.isascii() or not name.isdigit() or len(name) > GUIDE_PAGE.longest:
@@ -99,10 +108,10 @@ def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
     return opened().guide(int(name)).at(1.0), None
 
 
-def placed(name: str) -> Candidate:
-    """Find a guide with a stroke; see `pick`."""
+def placed(name: str) -> Candidate | OwnChain:
+    """Find a guide with a stroke, or a mechanism of many bars; see `pick`."""
     found, _ = pick(name)
-    if not isinstance(found, Candidate):
+    if not isinstance(found, Candidate | OwnChain):
         raise InvalidRequest(f"{name} has no stroke: measure it on the page of own linkages")
     return found
 
@@ -122,6 +131,8 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
     """
     found, design = pick(name)
     found = found.in_unit(unit or found.unit or ASSUMED)
+    if isinstance(found, OwnChain):
+        return _chain_page(name, found)
     if not isinstance(found, Candidate):
         return address(found)
     if not is_code(name) or design is not None:  # no tolerance was requested, so there is no allowance
@@ -153,6 +164,52 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
         charts(found),
         address(found),
         str(found.unit),
+        SHOWN,
+    )
+
+
+def _chain_page(name: str, one: OwnChain) -> GuidePage:
+    """Make the page of a mechanism of many bars: no theory, nothing to edit."""
+    told = [Number("Stroke", figure(one.stroke, 6), "length")] if isinstance(one, ChainStretch) else []
+    told.append(Number("Bars", str(len(one.bars)), "", f"{one.drive} drives, {one.point} is guided."))
+    size = float(one.chain.size[0])
+    lengths = tuple(Number(words(what), coordinate(value, size), "length") for what, value in one.lengths.items())
+    frame = one.bars["frame"]
+    places = [
+        (
+            joint,
+            coordinate(x, size),
+            coordinate(y, size),
+            "fixed" if joint in frame else "guided" * (joint == one.point),
+        )
+        for joint, (x, y) in one.joints.items()
+    ]
+    drawn: Any = one
+    layers = layers_of(drawn)
+    return GuidePage(
+        name,
+        one.name or "Mechanism",
+        (),
+        chain_card(one, name),
+        moving_svg(
+            drawn,
+            width=LARGE[0],
+            height=LARGE[1],
+            layers=layers,
+            hidden=layers,
+            seconds=GUIDE_PAGE.seconds,
+            style=False,
+        ),
+        tuple(told),
+        lengths,
+        tuple(places),
+        (),
+        (),
+        charts(one),
+        (),
+        str(one.unit),
+        {layer: SHOWN[layer] for layer in SHOWN if layer in layers},
+        TWO_DYADS,
     )
 
 
@@ -245,7 +302,7 @@ def offered() -> dict[str, tuple[str, str]]:
 
 def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
     """Make a file of a guide, in a unit if one is given."""
-    one = placed(name)
+    one: Any = placed(name)
     if kind == "svg":
         return moving_file(one, unit=unit, code=name)
     if kind == "sheet":

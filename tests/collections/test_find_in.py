@@ -25,7 +25,7 @@ from catalogue.collections.bounds import parsed
 from catalogue.collections.spec import Collection
 from catalogue.find import specimens
 from catalogue.find.answers import recall
-from catalogue.find.specimens import CollectionResults, check
+from catalogue.find.specimens import CollectionResults, checked
 from catalogue.problem.path import PathRequest
 from catalogue.store import Database
 
@@ -345,11 +345,11 @@ def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) 
 
 def test_an_answer_that_says_what_it_is_not_is_refused(swings: Catalogue) -> None:
     (found,) = swings.find_in("swings", LINE, limit=1)
-    check(found)
+    checked(found)
     many: list[dict[str, Any]] = [{"series": "none"}, {"deviation": 1.1 * found.deviation}, {"metrics": {}}]
     for wrong in many:
         with pytest.raises(InvalidRequest):
-            check(replace(found, **wrong))
+            checked(replace(found, **wrong))
 
 
 def test_a_collection_changes_nothing_of_what_it_is_given(swings: Catalogue) -> None:

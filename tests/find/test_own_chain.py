@@ -232,7 +232,6 @@ def test_a_stroke_out_of_reach_is_explained() -> None:
         (lambda mine: mine.motion(3, between=[("X", "B")]), "there is no joint 'X'"),
         (lambda mine: mine.motion(points={"a": (0, 0)}), "name it there"),
         (lambda mine: mine.motion(driver=1), "the drive of a mechanism of many bars"),
-        (lambda mine: mine.plot("a.svg", moving=True), "is not animated yet"),
         (lambda mine: measure([mine, guide(LENGTHS)], stroke=10), "alone, not together with"),
         (lambda _: guide(JANSEN), "a mechanism of many bars is made by"),
         (lambda _: mechanism(3), "is a mapping, not 3"),  # type: ignore[arg-type]  # a mistake

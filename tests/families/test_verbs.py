@@ -1,0 +1,129 @@
+"""Every verb on an answer of every family: it works, or is refused in one line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import CatalogueError, StraightLine, mechanism
+from catalogue.collections.results import CollectionCandidate
+from catalogue.draw import moving_svg
+from catalogue.export.formats import FORMATS
+from catalogue.export.write import TWO_DYADS
+from catalogue.find import improve_chain
+from catalogue.find.answers import recall, remember
+from catalogue.find.specimens import stretch_of
+from catalogue.web import guides
+from tests.families.conftest import REGISTRY, ROWS
+
+pytestmark = pytest.mark.slow
+PLANAR = [(name, family) for name, family in ROWS if REGISTRY.collection(name).mechanism is not None]
+planar = pytest.mark.parametrize(("name", "family"), PLANAR, ids=[family for _, family in PLANAR])
+
+
+@pytest.fixture
+def own(answers_of: Callable[..., Any], name: str, family: str) -> Any:
+    """Return the first answer of a row as a mechanism."""
+    return mechanism(answers_of(name, family)[0])
+
+
+@planar
+def test_measure_finds_the_path_again(own: Any) -> None:
+    assert own.measure(stroke=100)[0].deviation <= 1.01 * own.deviation + 1e-9
+
+
+@planar
+def test_improve_is_no_worse_and_keeps_the_frame(own: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(improve_chain, "MOVES", replace(improve_chain.MOVES, starts=0, repeats=1))
+    found = own.improve(StraightLine(100, 2, unit="mm"), hold="fixed-pivots")
+    better = found.improved
+    if better is None:
+        assert "no way found to improve it" in found.explain()
+        return
+    assert better.deviation < found.before.deviation
+    for joint in own.bars["frame"]:
+        assert better.joints[joint] == pytest.approx(own.joints[joint])
+
+
+@planar
+def test_a_code_restores_the_mechanism_where_it_stands(
+    answers_of: Callable[..., Any], name: str, family: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CATALOGUE_ANSWERS", str(tmp_path / "answers.db"))
+    one = answers_of(name, family)[-1]
+    (code,) = remember([one])
+    again = recall(code, REGISTRY.collection)
+    assert again.to_dict() == one.to_dict()
+
+
+@planar
+def test_parts_of_the_moving_drawing_meet_at_the_joints(own: Any) -> None:
+    """Pins and names are translated to the places of the joints; bars turn by their angles."""
+    drawn = moving_svg(own, width=400, layers=("names",), count=9)
+    shown = own.motion(3)
+    names = re.findall(r'<g class="name" transform="translate\(([^)]*)\)"', drawn)
+    assert len(names) == len(own.joints)
+    assert len(re.findall(r'<g class="bar"', drawn)) == len(own.bars) - 1
+    at = [complex(*map(float, place.split())) for place in names]
+    z = [shown.points[name][1] if name in shown.points else complex(*own.joints[name]) for name in own.joints]
+    # paper is the plane, mirrored, moved and scaled
+    scale = abs(at[1] - at[0]) / abs(z[1] - z[0])
+    for k in range(2, len(z)):
+        assert abs(at[k] - at[0]) == pytest.approx(scale * abs(z[k] - z[0]), abs=1.0)
+
+
+@pytest.mark.parametrize(("name", "family"), [row for row in PLANAR if row[1] in ("watt-1", "cardan-gears")])
+def test_a_film_is_drawn(own: Any, tmp_path: Path) -> None:
+    own.plot(tmp_path / "a.gif")
+    assert (tmp_path / "a.gif").read_bytes().startswith(b"GIF8")
+
+
+@planar
+@pytest.mark.parametrize("kind", [kind for kind in FORMATS if kind not in ("step", "xlsx", "parquet")])
+def test_each_format_is_written_or_refused(own: Any, kind: str) -> None:
+    if kind in TWO_DYADS:
+        with pytest.raises(CatalogueError, match=kind) as told:
+            own.export(format=kind)
+        assert "\n" not in str(told.value)
+        return
+    assert len(own.export(format=kind)) > 100
+
+
+@planar
+def test_the_page_shows_it(
+    answers_of: Callable[..., Any], name: str, family: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CATALOGUE_ANSWERS", str(tmp_path / "answers.db"))
+    one = answers_of(name, family)[0]
+    (code,) = remember([one])
+    monkeypatch.setattr(guides, "opened", lambda: type("Opened", (), {"registry": REGISTRY}))
+    page = guides.guide_page(code, "in")
+    assert isinstance(page, guides.GuidePage)
+    assert page.unit == "in"
+    told = {number.label: number for number in page.card.numbers + page.numbers}
+    assert told["Deviation"].value == pytest.approx(one.deviation / 25.4, rel=1e-9, abs=1e-15)
+    assert told["Stroke"].text == "3.93701"
+    assert {place[0] for place in page.pivots} == {*stretch_of(one).joints}
+    assert page.charts
+    assert "<animateTransform" in page.drawing
+    assert str(guides.file_of(code, "sheet", None)).startswith("<!doctype html>")
+    assert "<script" in str(guides.file_of(code, "svg", None))
+    for kind in page.missing:  # type: ignore[attr-defined]  # a tuple of names
+        with pytest.raises(CatalogueError):
+            guides.file_of(code, kind, None)
+
+
+def test_an_answer_in_space_is_refused_by_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    collection = REGISTRY.collection("spatial-guidance")
+    specimen = collection.draw("II", np.random.default_rng(1), 4)[0]
+    made = CollectionCandidate(1, collection, "II", "x", "x", (), 1.0, 0.1, None, {}, specimen.parameters)
+    monkeypatch.setattr(guides, "opened", lambda: type("Opened", (), {"registry": REGISTRY}))
+    monkeypatch.setattr(guides, "recall", lambda *_: made)
+    with pytest.raises(CatalogueError, match="abcdefg is no planar guide"):
+        guides.guide_page("abcdefg", None)
