@@ -75,9 +75,11 @@ GAIN = 3e-3
 NEAREST = 12
 #: Tolerance of a search for the least deviation, whatever is asked for [strokes].
 LOOSEST = 0.01
-#: Fall of the logarithm of the least deviation in a broad phase that promises more: of 130 hard
-#: requests three needed one such phase, none a second.
+#: Fall of the logarithm of the least deviation in a broad phase that promises more.
 FALL = 0.05
+#: Ratio of the least deviation to a tolerance that is given up where a phase brings no such fall: of
+#: requests that were answered in the end some had a ratio of 1.6 for two phases.
+FAR_OFF = 3.0
 #: Starts most like a candidate, and most promising, where an answer is likely to be near it.
 LIKELY = 4
 
@@ -143,14 +145,8 @@ class Search:
 
     def again(self) -> Search:
         """Return a new search of this problem, from other starts."""
-        fresh: dict[str, Any] = {
-            "found": None,
-            "refining": None,
-            "broad": 0,
-            "cost": np.zeros(0),
-            "status": "searching",
-        }
-        another = replace(self, problem=self._asked, given=None, warm=False, effort=self.effort + 1, **fresh)
+        how: dict[str, Any] = {"enough": self.enough, "effort": self.effort + 1, "budget": self.budget}
+        another = Search(self._asked, self.database, self.report, self.refines, **how)
         another.starts.taken = self.starts.taken
         return another
 
@@ -309,23 +305,24 @@ class Search:
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
         least = Search(problem, self.database, self.report, **how)
-        ends: list[float] = []
+        yield from least._take(self._nearest(self.found), NEAREST)
+        far_off, ends = np.log(FAR_OFF * self.problem.deviation / problem.deviation), list[float]()
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
             yield ""
             if least.broad > len(ends):
                 ends.append(least.least)
-                if len(ends) > 1 and not ends[-1] < ends[-2] - FALL:
+                if len(ends) > 1 and not ends[-1] < max(ends[-2] - FALL, far_off):
                     break
         found = self._meeting(least.found)
-        nearest = least.found if found is None else found
-        if nearest is None:
-            return
-        away = feasibility(self.problem, nearest).total
-        pivots, mirror = nearest.linkage.pivots, self.problem.curvature == 0
-        nearest = nearest[unlike(pivots, away, NEAREST, mirror=mirror)]
-        if len(nearest):
-            yield from self._take(nearest, NEAREST)
+        yield from self._take(self._nearest(least.found if found is None else found), NEAREST)
+
+    def _nearest(self, found: CandidateBatch | None) -> CandidateBatch | None:
+        """Return the candidates nearest to the constraints that are unlike each other."""
+        if found is None or not len(found):
+            return None
+        away = feasibility(self.problem, found).total
+        return found[unlike(found.linkage.pivots, away, NEAREST, mirror=self.problem.curvature == 0)]
 
     def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the feasible candidates, None if there are none."""

