@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import InitVar, dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,10 +59,29 @@ class Budget:
 
 
 BUDGET = Budget()
-#: Parts of the rounds of a race after which fewer go on.
-CUTS = (1 / 3, 2 / 3)
-#: Part of the starts that go on then.
-CUT = 0.6
+
+
+class Cuts(NamedTuple):
+    """How a race drops starts."""
+
+    after: tuple[float, ...] = (1 / 3, 2 / 3)  #: parts of its rounds after which it drops some
+    kept: float = 0.6  #: part of the starts that go on
+
+
+class LeadIn(NamedTuple):
+    """How a search for the least deviation leads to a tolerance that is missed."""
+
+    loosest: float = 0.01  #: its own tolerance, whatever is asked for [strokes]
+    nearest: int = 12  #: candidates nearest to the constraints that are refined before and after it
+    fall: float = 0.05  #: fall of the logarithm of the deviation in a broad phase that promises more
+    #: Ratio of the least deviation to a tolerance that is given up where there is no such fall.  Of
+    #: requests that were answered in the end some had 1.6 for two phases.
+    far_off: float = 3.0
+
+
+CUTS = Cuts()
+LEAD_IN = LeadIn()
+
 #: How many answers are enough to look no farther.
 AMPLE = 6
 #: More answers than are found: all broad phases are taken.
@@ -71,15 +90,6 @@ EVERY = 1_000_000
 FEW = 3
 #: Gain of a phase, as a part of the cost, or of 1 where it is less and no deviation.
 GAIN = 3e-3
-#: Candidates nearest to the constraints that are refined again where none has met them.
-NEAREST = 12
-#: Tolerance of a search for the least deviation, whatever is asked for [strokes].
-LOOSEST = 0.01
-#: Fall of the logarithm of the least deviation in a broad phase that promises more.
-FALL = 0.05
-#: Ratio of the least deviation to a tolerance that is given up where a phase brings no such fall: of
-#: requests that were answered in the end some had a ratio of 1.6 for two phases.
-FAR_OFF = 3.0
 #: Starts most like a candidate, and most promising, where an answer is likely to be near it.
 LIKELY = 4
 
@@ -87,7 +97,7 @@ LIKELY = 4
 def by_deviation(problem: Problem) -> Problem:
     """Return the problem of the least deviation, whatever the requested tolerance."""
     ranking = replace(problem.ranking, weights={"deviation": 1.0}, front=())
-    path = replace(problem.path, deviation=max(problem.deviation, LOOSEST))
+    path = replace(problem.path, deviation=max(problem.deviation, LEAD_IN.loosest))
     wanted = problem.constraints
     if wanted.min_allowance:  # an allowance depends on the tolerance
         path = problem.path
@@ -242,8 +252,8 @@ class Search:
         race = Race.of(self.problem, starts)
         for number in range(rounds):
             race.round()
-            if number + 1 in [round(cut * rounds) for cut in CUTS]:
-                race = race.leaders(max(int(CUT * len(race)), wanted))
+            if number + 1 in [round(cut * rounds) for cut in CUTS.after]:
+                race = race.leaders(max(int(CUTS.kept * len(race)), wanted))
         race = race.denser()
         race.take_rounds(self.budget.dense)
         self.report.raced += race.taken
@@ -305,24 +315,26 @@ class Search:
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
         least = Search(problem, self.database, self.report, **how)
-        yield from least._take(self._nearest(self.found), NEAREST)
-        far_off, ends = np.log(FAR_OFF * self.problem.deviation / problem.deviation), list[float]()
+        yield from least._take(self._nearest(self.found), LEAD_IN.nearest)
+        far_off = np.log(LEAD_IN.far_off * self.problem.deviation / problem.deviation)
+        ends: list[float] = []
         while least.status == "searching" and not self._meeting(least.found):
             least.step()
             yield ""
             if least.broad > len(ends):
                 ends.append(least.least)
-                if len(ends) > 1 and not ends[-1] < max(ends[-2] - FALL, far_off):
+                if len(ends) > 1 and not ends[-1] < max(ends[-2] - LEAD_IN.fall, far_off):
                     break
         found = self._meeting(least.found)
-        yield from self._take(self._nearest(least.found if found is None else found), NEAREST)
+        nearest = self._nearest(least.found if found is None else found)
+        yield from self._take(nearest, LEAD_IN.nearest)
 
     def _nearest(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the candidates nearest to the constraints that are unlike each other."""
         if found is None or not len(found):
             return None
-        away = feasibility(self.problem, found).total
-        return found[unlike(found.linkage.pivots, away, NEAREST, mirror=self.problem.curvature == 0)]
+        away, mirror = feasibility(self.problem, found).total, self.problem.curvature == 0
+        return found[unlike(found.linkage.pivots, away, LEAD_IN.nearest, mirror=mirror)]
 
     def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the feasible candidates, None if there are none."""
