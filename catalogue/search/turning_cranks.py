@@ -9,6 +9,8 @@ square over the turn.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, measured
@@ -21,27 +23,28 @@ from .draws import allowed, fixed_pivots
 
 #: Families that are drawn, with whether they have pins only.
 TURNING = {"four-bar": True, "slider-crank": False, "inverted-slider-crank": False}
-#: Positions of a crank that are looked at; of a full turn with eight waves none is missed.
-POSITIONS = 33
-#: Median length of a crank [radii]: sound guides have it a little shorter than the radius.
-CRANK = 0.8
-#: Standard deviation of the logarithm of a crank's length.
-SPREAD = 0.3
-#: Median length of the coupler [radii]: a longer one turns less, and transmits better.
-COUPLER = 2.5
-#: Standard deviation of the logarithm of a coupler's length.
-COUPLER_SPREAD = 0.5
-#: Largest distance of a start's point from the moving pivot of the crank [radii]; half the starts
-#: begin at the pivot.
-AWAY = 0.6
-#: Gauss-Newton steps, after which most starts change no more.
-STEPS = 10
-#: Longest step of a coordinate [radii].
-LONGEST_STEP = 0.5
-#: Damping of the normal equations, over their trace.
-DAMPING = 1e-6
-#: Linkages drawn per measured start; those of least scatter are measured.
-EACH = 4
+
+
+class Draws(NamedTuple):
+    """How linkages are drawn, and their points fitted to an arc."""
+
+    positions: int = 33  #: positions of a crank: over a full turn of eight waves none is missed
+    #: Median length of a crank [radii]: sound guides have it a little shorter than the radius.
+    crank: float = 0.8
+    crank_spread: float = 0.3  #: standard deviation of the logarithm of its length
+    #: Median length of the coupler [radii]: a longer one turns less, and transmits better.
+    coupler: float = 2.5
+    coupler_spread: float = 0.5  #: standard deviation of the logarithm of its length
+    #: Standard deviation of the coordinates of a start's point, from the moving pivot of the crank
+    #: [radii]; half the starts begin at the pivot.
+    away: float = 0.6
+    steps: int = 10  #: Gauss-Newton steps, after which most starts change no more
+    longest_step: float = 0.5  #: longest step of a coordinate [radii]
+    damping: float = 1e-6  #: damping of the normal equations, over their trace
+    each: int = 4  #: linkages drawn per measured start; those of least scatter are measured
+
+
+DRAWS = Draws()
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -57,17 +60,17 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     assert path.angle is not None
     radius, half = path.radius, np.radians(0.5 * path.angle)
     centre = 0.5 * path.stroke - 1j * radius * np.cos(half)
-    linkage, _ = Linkage.valid(_drawn(problem, family, EACH * count, radius, centre, random))
+    linkage, _ = Linkage.valid(_drawn(problem, family, DRAWS.each * count, radius, centre, random))
     if not len(linkage):
         return None
     found = circuits(linkage)
     found = found[np.flatnonzero(np.isfinite(found.phase) & (found.lead == 0))]
-    share = np.linspace(-1, 1, POSITIONS)[:, None]
+    share = np.linspace(-1, 1, DRAWS.positions)[:, None]
     with np.errstate(all="ignore"):
         pose = found.pose(found.phase + half * share)
         pin = found.linkage.points[:, 0, 1]
         shift, turn = pose.point(pin), 1 + pose.x
-        drawn = AWAY * radius * (random.normal(size=len(pin)) + 1j * random.normal(size=len(pin)))
+        drawn = DRAWS.away * radius * (random.normal(size=len(pin)) + 1j * random.normal(size=len(pin)))
         first: Complexes = np.where(random.random(len(pin)) < 0.5, 0.0, drawn).astype(complex)
         scatter, arm, middle = circling(shift, turn, radius, first)
         point = pin + arm
@@ -102,19 +105,19 @@ def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -
         The points and the centres of their circles.
     """
     centre = squared_centre(shift + turn * arm)
-    for _ in range(STEPS):
+    for _ in range(DRAWS.steps):
         spoke = shift + turn * arm - centre
         far = np.abs(spoke)
         ray = spoke / far
         by = ray.conj() * turn
         slope = np.stack([by.real, -by.imag, -ray.real, -ray.imag], axis=-1)  # (m, n, 4)
         square = np.einsum("mni,mnj->nij", slope, slope)
-        square += DAMPING * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(4)
+        square += DRAWS.damping * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(4)
         right = np.einsum("mni,mn->ni", slope, radius - far)
         good = np.isfinite(square).all((1, 2)) & np.isfinite(right).all(1)
         step = np.full(right.shape, np.nan)
         step[good] = np.linalg.solve(square[good], right[good][..., None])[..., 0]
-        step *= np.minimum(1.0, LONGEST_STEP * radius / np.abs(step).max(1, keepdims=True))
+        step *= np.minimum(1.0, DRAWS.longest_step * radius / np.abs(step).max(1, keepdims=True))
         arm, centre = arm + step[:, 0] + 1j * step[:, 1], centre + step[:, 2] + 1j * step[:, 3]
     off = np.abs(shift + turn * arm - centre) - radius
     return np.sqrt((off * off).mean(0)), arm, centre
@@ -131,11 +134,11 @@ def _drawn(
     def turned() -> Complexes:
         return np.asarray(np.exp(2j * np.pi * random.random(count)))
 
-    crank = length(CRANK, SPREAD)
+    crank = length(DRAWS.crank, DRAWS.crank_spread)
     first = centre + 0.5 * (radius - crank) * turned()
     pin = first + 1j * crank * np.exp(1j * random.normal(0.0, 0.3, count))
     second = fixed_pivots(problem, np.full(count, centre), random)
-    other = pin + length(COUPLER, COUPLER_SPREAD) * turned()
+    other = pin + length(DRAWS.coupler, DRAWS.coupler_spread) * turned()
     pivots = np.ones((count, 2, 2, 3))
     ends = np.stack([first, pin, second, other], axis=1).reshape(-1, 2, 2)
     if family == "slider-crank":
