@@ -24,7 +24,7 @@ REGISTRY = Registry()
 #: A family of each collection: pins, a slide, gears, bars kept parallel.
 FAMILIES = [
     (name, family)
-    for name in ("six-bars", "exact-cells", "translating-platforms")
+    for name in ("six-bars", "exact-cells", "translating-platforms", "geared-five-bars")
     for family in REGISTRY.collection(name).families
 ]
 every = pytest.mark.parametrize(("name", "family"), FAMILIES, ids=[family for _, family in FAMILIES])

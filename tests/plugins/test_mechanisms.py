@@ -31,6 +31,10 @@ class TestTranslatingPlatforms(CollectionContract):
     collection = REGISTRY.collection("translating-platforms")
 
 
+class TestGearedFiveBars(CollectionContract):
+    collection = REGISTRY.collection("geared-five-bars")
+
+
 class TestLevelTables(CollectionContract):
     """The family of the author's guide, dropped in."""
 
@@ -55,6 +59,44 @@ def test_exact_cells_draw_straight_lines_to_rounding(family: str) -> None:
     assert len(some) > 10
     assert {one.kind for one in some} == {"line"}
     assert max(one.deviation for one in some) < 1e-13
+
+
+@pytest.mark.slow
+def test_cartwrights_joint_runs_on_the_line_of_symmetry() -> None:
+    """Its cranks turn fully if a rod reaches from the line to a crank pin farthest from it."""
+    some = drawn(TestGearedFiveBars.collection, "cartwright")
+    assert {one.kind for one in some} == {"line"}
+    assert max(one.deviation for one in some) < 1e-13
+    assert {one.configuration for one in some} == {"turns", "swings"}
+    for one in some:
+        values = one.parameters["values"]
+        assert (one.configuration == "turns") == (values["rod"] > 0.5 + values["crank"])
+        special = TestGearedFiveBars.collection.classify(one.parameters).special
+        assert ("turning" in special) == (one.configuration == "turns")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("family", "ratio"),
+    [("geared-five-bar", -1), ("geared-five-bar-half", -0.5), ("geared-five-bar-double", -2), ("belted-five-bar", 2)],
+)
+def test_geared_cranks_turn_in_their_ratio_and_carry_a_rigid_triangle(family: str, ratio: float) -> None:
+    """Distances of joints and angles of the vectors of the cranks, from positions alone."""
+    from catalogue import mechanism
+
+    some = drawn(TestGearedFiveBars.collection, family)
+    assert len(some) > 10
+    one = some[0].parameters
+    bars = {"frame": "AE", "crank": "AB", "other": "ED", "coupler": "BCP", "rod": "DC"}
+    gears = [{"wheels": ["crank", "other"], "carrier": "frame", "ratio": ratio}]
+    own: Any = mechanism({"joints": one["joints"], "bars": bars, "gears": gears, "drive": "crank", "point": "P"})
+    z = own.motion(201).points
+    a, e = (complex(*one["joints"][name]) for name in "AE")
+    first, second = (np.unwrap(np.angle(pin - pivot)) for pin, pivot in ((z["B"], a), (z["D"], e)))
+    np.testing.assert_allclose(second - second[0], ratio * (first - first[0]), atol=1e-9)
+    assert np.ptp(first) > 0.5
+    for one_end, other_end in (("B", "C"), ("D", "C"), ("B", "P"), ("C", "P")):
+        assert np.ptp(np.abs(z[one_end] - z[other_end])) < 1e-9
 
 
 @pytest.mark.slow
