@@ -2,13 +2,14 @@
 
 Cells over two axes, shaded by a value of their best answer, one chart for each combination of the
 other axes; contours of the value, heavy lines where the series or the family changes; below, a
-card for each cell.
+card for each cell, unless they are thousands.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..draw.svg import pair, ticks
@@ -32,6 +33,9 @@ class Layout:
     shades: int = 8
     levels: int = 8  #: maximum number of contours
     cell: tuple[int, int] = (64, 38)  #: width and height of a cell [px]
+    single: int = 3000  #: maximum number of cells with links and cards: a page of two megabytes
+    small: tuple[int, int] = (8, 6)  #: width and height of a cell where there are more [px]
+    between: int = 48  #: least distance of labels below each other or side by side [px]
     labels: tuple[int, int] = (150, 46)  #: room for the labels of rows and of columns [px]
 
 
@@ -46,7 +50,7 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
     table : DataFrame
         As `Study.to_pandas` returns it.
     records : dict of int to str
-        Records of the best answers by number.
+        Records of the best answers to draw, by number.
     value : str
         One of `VALUES`.
     x, y : str
@@ -78,18 +82,19 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
         )
     known = [row[f"best_{value}"] for row in rows if _is_number(row, value)]
     span = (min(known), max(known)) if known else (0.0, 1.0)
+    dense, sides = len(rows) > LAYOUT.single, ((x, axes[x]), (y, axes.get(y, [""])))
     drawn = [
-        element("section", _heading(others, key), _chart(part, value, span, (x, axes[x]), (y, axes.get(y, [""]))))
+        element("section", _heading(others, key), _chart(part, value, span, *sides, dense=dense))
         for key, part in charts.items()
     ]
-    cards = [_card(row, records.get(row["number"]) if len(rows) <= LAYOUT.drawn else None) for row in rows]
+    cards = [] if dense else [_card(row, records.get(row["number"])) for row in rows]
     title = f"{VALUES[value]} over {plain_words(x)}" + (f" and {plain_words(y)}" if y else "")
     levels = ticks(span[0], span[1], LAYOUT.levels)
     told = (
         f"From {span[0]:.4g} (pale) to {span[1]:.4g} (full colour)"
         + (f", with a contour every {levels[1] - levels[0]:.3g}" if len(levels) > 1 and y else "")
-        + ". Heavy lines: the series or the family changes. Grey: no answer; its card says what to change. "
-        "A cell leads to its card."
+        + ". Heavy lines: the series or the family changes. Grey: no answer"
+        + ("." if dense else "; its card says what to change. A cell leads to its card.")
     )
     return standing_alone(title, told, drawn, cards)
 
@@ -115,6 +120,7 @@ def _sorting(value: Any) -> tuple[int, float, str]:
     return 0, float(value), ""
 
 
+@lru_cache(maxsize=4096, typed=True)
 def _text(value: Any) -> str:
     if value is None or value != value:
         return ""
@@ -133,54 +139,94 @@ def _chart(
     span: tuple[float, float],
     x: tuple[str, list[str]],
     y: tuple[str, list[str]],
+    *,
+    dense: bool,
 ) -> Markup:
     """Draw the cells of one chart, y upwards, with steps between different series and families."""
-    wide, high = LAYOUT.cell
+    wide, high = size = LAYOUT.small if dense else LAYOUT.cell
     columns, levels = x[1], y[1][::-1]
     at = {(_text(row[x[0]]), _text(row[y[0]]) if y[0] else ""): row for row in rows}
-    parts: list[Markup] = []
-    words: list[Markup] = []
-    for i, column in enumerate(columns):
-        for k, level in enumerate(levels):
-            if row := at.get((column, level)):
-                cell, texts = _cell(row, value, span, LAYOUT.labels[0] + i * wide, k * high)
-                parts.append(cell)
-                words += texts
     places = {(i, k): at.get((column, level)) for i, column in enumerate(columns) for k, level in enumerate(levels)}
-    for (i, k), row in places.items():
-        left, top = LAYOUT.labels[0] + i * wide, k * high
-        if _is_step(row, places.get((i + 1, k))):
-            parts.append(_line(left + wide, top, left + wide, top + high))
-        if _is_step(row, places.get((i, k + 1))):
-            parts.append(_line(left, top + high, left + wide, top + high))
-    parts += [*_levels(places, value, span), *words]
+    shown = {place: row for place, row in places.items() if row is not None}
+    parts, words = _tints(shown, value, span) if dense else _cells(shown, value, span)
+    parts += [*_steps(places, size), *_levels(places, value, span, size), *words]
     bottom = len(levels) * high
-    for i, column in enumerate(columns):
+    for i, column in list(enumerate(columns))[:: -(-LAYOUT.between // wide) if dense else 1]:
         parts.append(label(column, LAYOUT.labels[0] + (i + 0.5) * wide, bottom + 16, "middle"))
-    for k, level in enumerate(levels):
+    for k, level in list(enumerate(levels))[:: -(-LAYOUT.between // (2 * high)) if dense else 1]:
         parts.append(label(level, LAYOUT.labels[0] - 8, (k + 0.6) * high, "end"))
     parts.append(label(plain_words(x[0]), LAYOUT.labels[0] + 0.5 * len(columns) * wide, bottom + 36, "middle", "axis"))
     if y[0]:
         parts.append(label(plain_words(y[0]), 4, bottom + 16, "start", "axis"))
-    size = (LAYOUT.labels[0] + len(columns) * wide + 8, bottom + LAYOUT.labels[1])
-    return element("svg", *parts, width=size[0], height=size[1], viewBox=f"0 0 {size[0]} {size[1]}", role="img")
+    right, low = LAYOUT.labels[0] + len(columns) * wide + 8, bottom + LAYOUT.labels[1]
+    return element("svg", *parts, width=right, height=low, viewBox=f"0 0 {right} {low}", role="img")
+
+
+def _cells(
+    shown: dict[tuple[int, int], dict[str, Any]], value: str, span: tuple[float, float]
+) -> tuple[list[Markup], list[Markup]]:
+    """Draw each cell with a link to its card; return their texts apart."""
+    wide, high = LAYOUT.cell
+    drawn = [_cell(row, value, span, LAYOUT.labels[0] + i * wide, k * high) for (i, k), row in shown.items()]
+    return [cell for cell, _ in drawn], [text for _, texts in drawn for text in texts]
+
+
+def _tints(
+    shown: dict[tuple[int, int], dict[str, Any]], value: str, span: tuple[float, float]
+) -> tuple[list[Markup], list[Markup]]:
+    """Draw all cells of a shade as one path."""
+    wide, high = LAYOUT.small
+    data: dict[float | None, list[str]] = {}
+    for (i, k), row in shown.items():
+        square = f"M{LAYOUT.labels[0] + i * wide} {k * high}h{wide}v{high}h{-wide}z"
+        data.setdefault(_shade(row, value, span), []).append(square)
+    return [element("path", d="".join(squares), **_face(shade)) for shade, squares in data.items()], []
+
+
+def _steps(places: dict[tuple[int, int], dict[str, Any] | None], size: tuple[int, int]) -> list[Markup]:
+    """Draw the sides between cells of different series or families."""
+    wide, high = size
+    data = []
+    for (i, k), row in places.items():
+        left, top = LAYOUT.labels[0] + i * wide, k * high
+        if _is_step(row, places.get((i + 1, k))):
+            data.append(f"M{left + wide} {top}v{high}")
+        if _is_step(row, places.get((i, k + 1))):
+            data.append(f"M{left} {top + high}h{wide}")
+    return [element("path", d="".join(data), class_="step")] if data else []
+
+
+def _shade(row: dict[str, Any], value: str, span: tuple[float, float]) -> float | None:
+    """Return the shade of a cell, 0 to 1; None without an answer."""
+    if not _is_number(row, value):
+        return None
+    part = 0.0 if span[1] == span[0] else (row[f"best_{value}"] - span[0]) / (span[1] - span[0])
+    return min(int(part * LAYOUT.shades), LAYOUT.shades - 1) / (LAYOUT.shades - 1)
+
+
+def _face(shade: float | None) -> dict[str, str]:
+    """Return the attributes of a cell of a shade."""
+    return (
+        {"class_": "cell none"} if shade is None else {"class_": "cell", "fill-opacity": f"{0.12 + 0.88 * shade:.2f}"}
+    )
 
 
 def _levels(
-    places: dict[tuple[int, int], dict[str, Any] | None], value: str, span: tuple[float, float]
+    places: dict[tuple[int, int], dict[str, Any] | None],
+    value: str,
+    span: tuple[float, float],
+    size: tuple[int, int],
 ) -> list[Markup]:
     """Draw the contours through the centres of the cells of a kind."""
     found = {place: row for place, row in places.items() if row is not None and _is_number(row, value)}
     values = {place: float(row[f"best_{value}"]) for place, row in found.items()}
     kinds = {place: _kind(row) for place, row in found.items()}
-    wide, high = LAYOUT.cell
+    wide, high = size
+    levels = ticks(span[0], span[1], LAYOUT.levels)
     drawn = []
-    for level in ticks(span[0], span[1], LAYOUT.levels):
-        ends = contours(values, kinds, level)
-        placed = [
-            [complex(LAYOUT.labels[0] + (z.real + 0.5) * wide, (z.imag + 0.5) * high) for z in each] for each in ends
-        ]
-        data = "".join(f"M{pair(one)}L{pair(other)}" for one, other in placed)
+    for level, ends in zip(levels, contours(values, kinds, levels), strict=True):
+        x, y = LAYOUT.labels[0] + (ends.real + 0.5) * wide, (ends.imag + 0.5) * high
+        data = "".join(f"M{pair(one)}L{pair(other)}" for one, other in (x + 1j * y).tolist())
         if data:
             drawn.append(element("path", element("title", f"{level:.4g}"), d=data, class_="level"))
     return drawn
@@ -191,18 +237,15 @@ def _cell(
 ) -> tuple[Markup, list[Markup]]:
     """Draw a cell that leads to its card; return its texts apart, to stand above the contours."""
     best = row[f"best_{value}"] if _is_number(row, value) else None
-    shade = 0.0 if best is None or span[1] == span[0] else (best - span[0]) / (span[1] - span[0])
-    step = min(int(shade * LAYOUT.shades), LAYOUT.shades - 1) / (LAYOUT.shades - 1)
+    shade = _shade(row, value, span)
     told = f"request {row['number']}: " + (
         f"{row['best_series']} {row['best_family']}, {VALUES[value].lower()} {best:.4g}, {row['code']}"
         if best is not None
         else f"{row['reason']} {row['advice']}"
     )
-    face = {"class_": "cell none" if best is None else "cell"}
-    if best is not None:
-        face["fill-opacity"] = f"{0.12 + 0.88 * step:.2f}"
+    face = _face(shade)
     box = element("rect", element("title", told), x=left, y=top, width=LAYOUT.cell[0], height=LAYOUT.cell[1], **face)
-    dark, middle = " dark" if step > 0.5 else "", left + 0.5 * LAYOUT.cell[0]
+    dark, middle = " dark" if shade is not None and shade > 0.5 else "", left + 0.5 * LAYOUT.cell[0]
     words = [] if best is None else [(f"{best:.4g}", 0.45, "value"), (row["best_series"], 0.8, "kind")]
     texts = [label(text, middle, top + at * LAYOUT.cell[1], "middle", kind + dark) for text, at, kind in words]
     return element("a", box, href=f"#cell-{row['number']}"), texts
@@ -216,10 +259,6 @@ def _is_step(one: dict[str, Any] | None, other: dict[str, Any] | None) -> bool:
 
 def _kind(row: dict[str, Any]) -> tuple[Any, Any]:
     return row["best_series"], row["best_family"]
-
-
-def _line(x1: float, y1: float, x2: float, y2: float) -> Markup:
-    return element("line", x1=x1, y1=y1, x2=x2, y2=y2, class_="step")
 
 
 def _card(row: dict[str, Any], record: str | None) -> Markup:

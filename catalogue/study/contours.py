@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from itertools import product
 
+import numpy as np
+
+from ..kinematics.types import Complexes, Floats
+
 Place = tuple[int, int]
-#: A place on the grid, and the height of the value over the contour there.
-Point = tuple[complex, float]
 
 
 def contours(
-    values: Mapping[Place, float], kinds: Mapping[Place, Hashable], level: float
-) -> list[tuple[complex, complex]]:
-    """Return the segments of one contour.
+    values: Mapping[Place, float], kinds: Mapping[Place, Hashable], levels: Sequence[float]
+) -> list[Complexes]:
+    """Trace the contours of each level.
 
     The value of a side or corner of a cell is the mean over the cells of its kind that meet there;
     in between the value is linear over triangles.
@@ -24,38 +26,58 @@ def contours(
         Values at the centres of cells.
     kinds : mapping of (column, row) to object
         No contour crosses a side between cells of different kinds.
-    level : float
+    levels : sequence of float
 
     Returns
     -------
-    list of (complex, complex)
-        Ends, in columns and rows.
+    list of complex ndarray, shape (segments, 2)
+        Ends, in columns and rows, by level.
     """
-    found = []
-    for place in values:
-        for triangle in _triangles(place, values, kinds, level):
-            sides = zip(triangle, (*triangle[1:], triangle[0]), strict=True)
-            ends = [_crossing(one, other) for one, other in sides if (one[1] < 0) != (other[1] < 0)]
-            if ends and ends[0] != ends[1]:
-                found.append((ends[0], ends[1]))
-    return found
+    if not values:
+        return [np.zeros((0, 2), complex) for _ in levels]
+    points, heights = _triangles(values, kinds)
+    return [_segments(points, heights - level) for level in levels]
 
 
-def _triangles(
-    place: Place, values: Mapping[Place, float], kinds: Mapping[Place, Hashable], level: float
-) -> Iterator[tuple[Point, Point, Point]]:
-    """Yield the triangles between the centre, the sides and the corners of a cell."""
-    i, k = place
+def _triangles(values: Mapping[Place, float], kinds: Mapping[Place, Hashable]) -> tuple[Complexes, Floats]:
+    """Part cells at their centre, sides and corners; return corners and values, (n, 3) each."""
+    places = np.array([*values])
+    numbers: dict[Hashable, int] = {}
+    shape = places.max(0) + 3  # with a margin
+    value, kind = np.zeros(shape), np.full(shape, -1)
+    i, k = places.T + 1
+    value[i, k] = [*values.values()]
+    kind[i, k] = [numbers.setdefault(kinds[place], len(numbers)) for place in values]
 
-    def at(across: int, down: int) -> Point:
-        meeting = {(i, k), (i + across, k), (i, k + down), (i + across, k + down)}
-        heights = [values[one] for one in sorted(meeting) if one in values and kinds[one] == kinds[place]]
-        return complex(i + 0.5 * across, k + 0.5 * down), sum(heights) / len(heights) - level
+    def mean(across: int, down: int) -> Floats:
+        """Return the mean over the cells of a kind that meet at a side or corner."""
+        total, count = np.zeros(len(i)), np.zeros(len(i))
+        for a, d in {(0, 0), (across, 0), (0, down), (across, down)}:
+            alike = kind[i + a, k + d] == kind[i, k]
+            total += np.where(alike, value[i + a, k + d], 0.0)
+            count += alike
+        return total / count
 
+    here, points, heights = places[:, 0] + 1j * places[:, 1], [], []
     for across, down in product((-1, 1), repeat=2):
-        yield at(0, 0), at(across, 0), at(across, down)
-        yield at(0, 0), at(across, down), at(0, down)
+        for side in ((across, 0), (0, down)):
+            corners = ((0, 0), side, (across, down))
+            points.append(np.stack([here + complex(0.5 * a, 0.5 * d) for a, d in corners], axis=1))
+            heights.append(np.stack([mean(a, d) for a, d in corners], axis=1))
+    return np.concatenate(points), np.concatenate(heights)
 
 
-def _crossing(one: Point, other: Point) -> complex:
-    return one[0] + (other[0] - one[0]) * one[1] / (one[1] - other[1])
+def _segments(points: Complexes, heights: Floats) -> Complexes:
+    """Return where triangles are cut at height 0, shape (segments, 2)."""
+    below = heights < 0
+    cut = below.any(1) & ~below.all(1)
+    points, heights, below = points[cut], heights[cut], below[cut]
+    lone = np.argmax(below == (below.sum(1) == 1)[:, None], axis=1)  # the corner alone on its side
+    row = np.arange(len(points))
+    one, top = points[row, lone], heights[row, lone]
+    ends = []
+    for step in (1, 2):
+        other, bottom = points[row, (lone + step) % 3], heights[row, (lone + step) % 3]
+        ends.append(one + (other - one) * (top / (top - bottom)))
+    found = np.stack(ends, axis=1)
+    return np.asarray(found[found[:, 0] != found[:, 1]])

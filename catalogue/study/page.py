@@ -34,7 +34,7 @@ h1 { font: bold 1.6rem/1.2 Georgia, serif } h2 { font-size: 1rem } p { max-width
 .charts text { font-size: 11px; fill: var(--guide-ink) } .charts .axis { fill: var(--guide-grey) }
 .charts .value, .charts .kind { pointer-events: none } .charts .kind { font-size: 8px }
 .cell { fill: var(--guide-coupler); stroke: var(--guide-paper) } .none { fill: var(--guide-faint); fill-opacity: .5 }
-.step { stroke: var(--guide-ink); stroke-width: 2.5; stroke-linecap: round }
+.step { fill: none; stroke: var(--guide-ink); stroke-width: 2.5; stroke-linecap: round }
 .level { fill: none; stroke: var(--guide-path); stroke-width: 1.2; pointer-events: none }
 .scale { stroke: var(--guide-faint) } .front { fill: none; stroke: var(--guide-coupler); stroke-width: 2 }
 .point { fill: var(--guide-coupler); stroke: var(--guide-paper) } .later { fill: var(--guide-grey); opacity: .6 }
@@ -53,8 +53,8 @@ $body
 def standing_alone(title: str, told: str, charts: Sequence[Markup], cards: Sequence[Markup]) -> str:
     """Return a page of charts with their cards, which needs no other file."""
     head = [element("h1", title), element("p", told, class_="grey")]
-    shown = element("div", *charts, class_="charts"), element("div", *cards, class_="cards")
-    body = join([*head, shown[0], element("h2", "Cards"), shown[1]])
+    below = [element("h2", "Cards"), element("div", *cards, class_="cards")] if cards else []
+    body = join([*head, element("div", *charts, class_="charts"), *below])
     colours = {"light": properties(LIGHT), "dark": properties(DARK)}
     return str(fill(_PAGE, title=title, drawings=STYLE, body=body, **colours))
 

@@ -296,9 +296,10 @@ class Study:
         InvalidRequest
             If a name is unknown, there are too many charts, or the file cannot be written.
         """
-        from .chart import page
+        from .chart import LAYOUT, page
 
-        keys = {number: state[0] for number, state in self._file.done().items()}
+        state = self._file.done()
+        keys = {number: place for number, (place, _, _) in state.items()} if len(state) <= LAYOUT.drawn else {}
         best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
         _write(file, page(self.to_pandas(), best, value, x, y))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,28 +65,27 @@ def test_each_request_is_a_cell_that_leads_to_its_card(study: Study, answers: li
 def test_steps_stand_where_the_series_or_family_changes(study: Study, tmp_path: Path) -> None:
     """Sizes have answers of two kinds at each deviation; the cell without an answer differs from its neighbours."""
     text = drawn(study, tmp_path, x="deviation", y="max_size")
-    steps = [dict(re.findall(r'([xy][12])="([\d.]+)"', one)) for one in re.findall(r"<line [^>]*step[^>]*>", text)]
-    across = [one for one in steps if one["y1"] == one["y2"]]
-    assert len(across) == 3
-    assert len(steps) == 4
+    (steps,) = re.findall(r'<path d="([^"]+)" class="step"', text)
+    assert steps.count("h") == 3
+    assert steps.count("M") == 4
 
 
 def test_a_contour_runs_where_the_value_is_its_level_and_ends_at_steps() -> None:
     """The value is column plus two rows: between centres the contour of 4 is the line on which it is 4."""
     values = {(i, k): i + 2.0 * k for i in range(5) for k in range(4)}
-    ends = contours(values, dict.fromkeys(values, "one"), 4.0)
+    ends, none = contours(values, dict.fromkeys(values, "one"), (4.0, 19.0))
     inner = [end for each in ends for end in each if 0 <= end.real <= 4 and 0 <= end.imag <= 3]
     assert len(inner) > 16
     assert [end.real + 2 * end.imag for end in inner] == pytest.approx([4.0] * len(inner))
-    parted = contours(values, {place: place[0] > 1 for place in values}, 4.0)
+    (parted,) = contours(values, {place: place[0] > 1 for place in values}, (4.0,))
     assert not [each for each in parted if min(z.real for z in each) < 1.5 < max(z.real for z in each)]
     assert sum(end.real == 1.5 for each in parted for end in each) >= 2
-    assert contours(values, dict.fromkeys(values, "one"), 19.0) == []
+    assert len(none) == 0
 
 
 def test_a_contour_crosses_cells_of_one_column() -> None:
     """It is as wide as a cell, where the value between two cells is its level."""
-    ends = contours({(0, 0): 1.0, (0, 1): 2.0}, {(0, 0): "one", (0, 1): "one"}, 1.25)
+    (ends,) = contours({(0, 0): 1.0, (0, 1): 2.0}, {(0, 0): "one", (0, 1): "one"}, (1.25,))
     assert sum(abs(one - other) for one, other in ends) == pytest.approx(1.0)
     assert {round(end.imag, 9) for each in ends for end in each} == {0.25}
 
@@ -169,3 +169,16 @@ def test_names_that_are_unknown_are_told(study: Study, tmp_path: Path, how: dict
 def test_a_study_of_one_request_has_no_map(tmp_path: Path) -> None:
     with pytest.raises(InvalidRequest, match="needs an axis"):
         drawn(Study([Request.of(StraightLine(150, 0.5))]), tmp_path)
+
+
+def test_a_map_of_thousands_of_cells_has_no_cards_but_every_cell(
+    study: Study, tmp_path: Path, monkeypatch: Any
+) -> None:
+    """Six cells count as thousands: five of them have answers."""
+    monkeypatch.setattr("catalogue.study.chart.LAYOUT", replace(LAYOUT, single=5))
+    text = drawn(study, tmp_path)
+    squares = [(kind, data.count("z")) for data, kind in re.findall(r'<path d="([^"]+)" class="(cell[^"]*)"', text)]
+    assert sum(count for _, count in squares) == 6
+    assert ("cell none", 1) in squares
+    assert "<article" not in text
+    assert "#cell-" not in text
