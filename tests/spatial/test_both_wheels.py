@@ -219,6 +219,12 @@ def test_a_live_axle_is_a_tetrahedron_of_distances_on_four_links(upper: str, tmp
     meet = np.linalg.solve(np.array(lines)[:, :2], np.array(lines)[:, 2])
     assert table["roll centre offset [mm]"].iloc[1] == pytest.approx(meet[0], abs=1e-4)
     assert np.isfinite(table["roll steer [deg/deg]"].iloc[1])
+    # travel is that of both wheels together, whatever drives
+    near = axle.sweep({"heave": [heave - h, heave, heave + h]}, {"roll": roll})
+    hub = near.point("axle", [0, 760, 0])
+    lean = np.degrees(np.arctan2(*(hub[2] - hub[0])[[0, 2]]))
+    for columns in (table.iloc[1], axle.table(near).iloc[1]):
+        assert columns["left support angle of centre [deg]"] == pytest.approx(lean, abs=1e-5)
 
 
 def test_halves_of_a_twist_beam_turn_about_lines_through_bushing_and_middle(tmp_path: Path) -> None:

@@ -120,7 +120,11 @@ class Wheel(Stated):
 
 
 def kinematics(
-    motion: Motion, wheel: Wheel, steer: Scalar | None = None, spring: Scalar | Sequence[Scalar] = ()
+    motion: Motion,
+    wheel: Wheel,
+    steer: Scalar | None = None,
+    spring: Scalar | Sequence[Scalar] = (),
+    beside: Sequence[Scalar] = (),
 ) -> pd.DataFrame:
     """Compute the columns of a wheel over a motion, one row per pose.
 
@@ -137,6 +141,9 @@ def kinematics(
         What keeps its value while the wheel is steered: the Length of the spring, the Joint of an
         arm.  Without it the arms on revolute joints that carry the wheel by ball joints stand
         still; without those the height of the wheel centre keeps its value.
+    beside : sequence of scalars
+        What stands still too where travel alone leaves the wheel free, as roll does of a rigid
+        axle; without any, what the motion holds.
 
     Returns
     -------
@@ -152,6 +159,7 @@ def kinematics(
     """
     instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
     springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
+    also = several("beside", beside, Scalar)
     at = seat(motion, wheel)
     design = motion.each(wheel.centre, "Wheel.centre") * wheel.signs
     with np.errstate(all="ignore"):
@@ -162,8 +170,8 @@ def kinematics(
             "recession": design[:, 0] - at.centre[0],
             "half track": np.abs(at.contact[1]),
         }
-        travelling, in_travel = _in_travel(motion, wheel, steer, at)
-        steering, in_steering = _in_steering(motion, wheel, steer, springs, at)
+        travelling, in_travel = _in_travel(motion, wheel, steer, also, at)
+        steering, in_steering = _in_steering(motion, wheel, steer, springs, also, at)
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
     unit, by = motion.mechanism.unit, unit_of(motion, steer) if steer else ""
     every = columns | in_travel | in_steering
@@ -236,9 +244,11 @@ def seat(motion: Motion, wheel: Wheel) -> Seat:
     return Seat(centre, n, contact, side, radius)
 
 
-def _in_travel(motion: Motion, wheel: Wheel, steer: Scalar | None, at: Seat) -> tuple[str, dict[str, Array]]:
+def _in_travel(
+    motion: Motion, wheel: Wheel, steer: Scalar | None, beside: Sequence[Scalar], at: Seat
+) -> tuple[str, dict[str, Array]]:
     """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
-    moved = seen(motion, wheel, at.centre, height(wheel), (steer,) if steer else ())
+    moved = seen(motion, wheel, at.centre, height(wheel), (steer,) if steer else (), beside)
     patch = moved.velocity + cross(moved.spin, at.contact - at.centre)
     along, foot, pitch = axis_of(moved, at.centre)
     turn, camber, rolled = at.moved(moved)
@@ -257,13 +267,18 @@ def _in_travel(motion: Motion, wheel: Wheel, steer: Scalar | None, at: Seat) -> 
 
 
 def _in_steering(
-    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], at: Seat
+    motion: Motion,
+    wheel: Wheel,
+    steer: Scalar | None,
+    springs: Sequence[Scalar],
+    beside: Sequence[Scalar],
+    at: Seat,
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of the steering axis with springs held, and the reason for NaN."""
     if steer is None:
         return "", {}
     still = springs or _arms(motion, wheel.carrier) or [height(wheel)]
-    moved = seen(motion, wheel, at.centre, steer, still)
+    moved = seen(motion, wheel, at.centre, steer, still, beside)
     along, near, _ = axis_of(moved, at.centre)
     slope = along / along[2]
     foot, hub = (point - near - slope * (point - near)[2] for point in (at.contact, at.centre))
@@ -286,16 +301,24 @@ def height(wheel: Wheel) -> Travel:
     return Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2]))
 
 
-def seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Sequence[Scalar]) -> Instant:
+def seen(
+    motion: Motion,
+    wheel: Wheel,
+    centre: Array,
+    moving: Scalar,
+    still: Sequence[Scalar],
+    beside: Sequence[Scalar] = (),
+) -> Instant:
     """Compute the motion of a wheel per unit of a scalar, in ISO 8855.
 
-    Where that leaves the wheel free, what the motion holds stands still too.
+    Where that leaves the wheel free, scalars `beside`, or what the motion holds, stand still too.
     """
     signs = wheel.signs[:, None]
     at = centre * signs
     moved = instant(motion, wheel.carrier, at, moving, still, "the wheel")
-    if moved.reason and motion.held:
-        moved = instant(motion, wheel.carrier, at, moving, [*still, *motion.held], "the wheel")
+    more = [*still, *(beside or motion.held)]
+    if moved.reason and len(more) > len(still):
+        moved = instant(motion, wheel.carrier, at, moving, more, "the wheel")
     return moved._replace(velocity=moved.velocity * signs, spin=moved.spin * signs)
 
 

@@ -70,7 +70,7 @@ GROUPS = {
 #: Remark under them.
 REMARK = (
     "Spring held: the spring that the file names, else the arms on revolute joints that carry the wheel, else "
-    "the height of the wheel centre. Of a rigid axle travel holds what the sweep holds."
+    "the height of the wheel centre. Both wheels of a rigid axle travel together."
 )
 
 

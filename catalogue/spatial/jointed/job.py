@@ -210,7 +210,7 @@ class Job:
         out, unit = [], self.mechanism.unit
         for one in self.wheels:
             springs = [self.drive(name) for name in one.spring]
-            tables = [kinematics(motion, one.wheel, self._steer(one), springs)]
+            tables = [kinematics(motion, one.wheel, self._steer(one), springs, self._roll())]
             if self.vehicle:
                 tables.append(supported(self.vehicle, tables[0], unit))
             out += [_headed(table, one.name if len(self.wheels) > 1 else "") for table in tables]
@@ -228,6 +228,13 @@ class Job:
             table.attrs["reasons"] = {own: why} if why else {}
             out.append(table)
         return out
+
+    def _roll(self) -> list[Any]:
+        """Return the difference of both travels of an axle, which heave holds."""
+        if len(self.wheels) != 2:
+            return []
+        first, second = (height(one.wheel) for one in self.wheels)
+        return [first - second]
 
     def _steer(self, one: Mounted) -> Any:
         return self.drive(one.steer) if one.steer else None
@@ -247,8 +254,9 @@ class Job:
             other = height(self.wheels[1].wheel)
             moving, still = moving - other, [(moving + other) / 2, *still]
         rate, reason = ratio(motion, scalar, moving, still)
-        if reason and motion.held:
-            rate, reason = ratio(motion, scalar, moving, [*still, *motion.held])
+        more = [*still, *(motion.held if reading.wheel == "both" else self._roll() or motion.held)]
+        if reason and len(more) > len(still):
+            rate, reason = ratio(motion, scalar, moving, more)
         name = f"{reading.name} ratio [{unit}/{length}]"
         table[name] = rate * factor
         table.attrs["reasons"] = {name: reason} if reason else {}

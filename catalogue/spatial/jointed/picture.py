@@ -108,7 +108,12 @@ def scene(
     poses = Poses(mechanism, motion, wheels[0].signs if wheels else np.ones(3))
     every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has(x, k)]
     size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may be in one point
-    centres = {f"{w.carrier} centre" if len(wheels) > 1 else "wheel centre": (w.carrier, w.centre) for w in wheels}
+    names = ["left wheel" if w.beside()[0] > 0 else "right wheel" for w in wheels]
+    if len(set(names)) < len(wheels):
+        names = [f"{w.carrier} centre" for w in wheels]
+    elif len(wheels) == 1:
+        names = ["wheel centre"]
+    centres = {name: (w.carrier, w.centre) for name, w in zip(names, wheels, strict=True)}
     follow = {**centres, **(points or {})}
     rings = [_ring(poses, wheel) for wheel in wheels]
     along = _along(motion, poses.which[0]) if motion else slice(None)
