@@ -418,14 +418,12 @@ class Search:
         return self.refines and (scored or not is_constrained(self.problem))
 
     @property
-    def _has_bound(self) -> bool:
-        """Whether the best possible cost is known."""
-        return self.refines and np.isfinite(self.problem.ranking.good)
-
-    @property
     def _in_gap(self) -> bool:
-        """Whether the best answer is near the best possible cost."""
-        return self._has_bound and self.problem.effort <= 1 and self._least <= self.problem.ranking.good
+        """Whether the best answer is near the best possible cost; exact, where deviation is ranked."""
+        if self.problem.effort > 1:
+            return False
+        exact = np.log(2 * EXACT_DEVIATION / self.problem.deviation)
+        return self._least <= (exact if self._by_deviation else self.problem.ranking.good)
 
     @property
     def _worth_something(self) -> Array:
