@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ..chains.structure import Structure
     from ..collections.results import CollectionCandidate
-    from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
+    from ..collections.spec import LENGTH, Collection, Measured, Metric, Places, Specimen, Tags
     from ..curvature_theory.dead_points import dead_points, off_line
     from ..curvature_theory.instant import Instant
     from ..curvature_theory.leading_error import EXACT
@@ -80,7 +80,7 @@ _HOME = {
     "slider_pair tangent_circle_pair tangent_pair without",
     "series.posed": "Posed circle_through equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
     "problem.path": "CircularArc PathRequest StraightLine",
-    "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
+    "collections.spec": "Collection LENGTH Measured Metric Places Specimen Tags",
     "collections.results": "CollectionCandidate",
     "guidance.minimum_zone": "grid",
     "paper": "PAPER blank kind_of write",
@@ -115,6 +115,7 @@ __all__ = [
     "Parameter",
     "Parameters",
     "PathRequest",
+    "Places",
     "PluginError",
     "Posed",
     "Series",
