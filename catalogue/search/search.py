@@ -135,13 +135,13 @@ class Search:
         self._phases = self._every_phase()
 
     def run(self) -> Search:
-        """Take all phases."""
+        """Run all rounds."""
         while self.status == "searching":
             self.step()
         return self
 
     def step(self) -> None:
-        """Run the next phase; it never makes the list worse."""
+        """Run the next round; answers `so_far` never become worse."""
         ended = next(self._phases, "found")
         if ended:
             self._leave_out()
@@ -204,7 +204,7 @@ class Search:
         """Refine the best answers to a tighter problem, and a few stored starts.
 
         A full list ends the search, after hops from its best where that is beyond the gap: broad
-        phases were run for tighter problems.  Return why it ends.
+        phases were run for tighter problems.
         """
         best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
         beside = self._gathered(self.starts.short, self.budget.beside)
