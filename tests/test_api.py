@@ -96,7 +96,7 @@ FIND = {
     "starts": EMPTY,
 }
 DWELL = {name: FIND[name] for name in ("request", "limit", "effort", *DwellArguments.__annotations__)}
-SPECIMENS = {name: FIND[name] for name in ("request", "limit", "families", "series")}
+SPECIMENS = {name: FIND[name] for name in ("request", "limit", "effort", "families", "series")}
 SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY, "refine": SWITCH}
 SPECIMENS |= {"quiet": SWITCH}
 BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "engine": NONE, "report": NONE}

@@ -381,6 +381,7 @@ def test_more_effort_never_makes_the_best_worse(ask: Ask, criterion: str, constr
     assert all(later <= first + 1e-9 * abs(first) for first, later in pairwise(costs)), costs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "wish",
     [
