@@ -35,8 +35,8 @@ class Layout:
     cell: tuple[int, int] = (64, 38)  #: width and height of a cell [px]
     single: int = 3000  #: maximum number of cells with links and cards: a page of two megabytes
     small: tuple[int, int] = (8, 6)  #: width and height of a cell where there are more [px]
-    between: int = 48  #: least distance of labels below each other or side by side [px]
-    labels: tuple[int, int] = (150, 46)  #: room for the labels of rows and of columns [px]
+    between: int = 72  #: least distance of labels side by side there [px]
+    labels: tuple[int, int] = (176, 46)  #: room for the labels of rows and of columns [px]
 
 
 LAYOUT = Layout()
@@ -153,8 +153,8 @@ def _chart(
     bottom = len(levels) * high
     for i, column in list(enumerate(columns))[:: -(-LAYOUT.between // wide) if dense else 1]:
         parts.append(label(column, LAYOUT.labels[0] + (i + 0.5) * wide, bottom + 16, "middle"))
-    for k, level in list(enumerate(levels))[:: -(-LAYOUT.between // (2 * high)) if dense else 1]:
-        parts.append(label(level, LAYOUT.labels[0] - 8, (k + 0.6) * high, "end"))
+    for k, level in list(enumerate(levels))[:: -(-LAYOUT.between // (3 * high)) if dense else 1]:
+        parts.append(label(level, LAYOUT.labels[0] - 8, max((k + 0.6) * high, 9), "end"))
     parts.append(label(plain_words(x[0]), LAYOUT.labels[0] + 0.5 * len(columns) * wide, bottom + 36, "middle", "axis"))
     if y[0]:
         parts.append(label(plain_words(y[0]), 4, bottom + 16, "start", "axis"))
@@ -180,7 +180,7 @@ def _tints(
     for (i, k), row in shown.items():
         square = f"M{LAYOUT.labels[0] + i * wide} {k * high}h{wide}v{high}h{-wide}z"
         data.setdefault(_shade(row, value, span), []).append(square)
-    return [element("path", d="".join(squares), **_face(shade)) for shade, squares in data.items()], []
+    return [element("path", d="".join(squares), **_face(shade, "tint cell")) for shade, squares in data.items()], []
 
 
 def _steps(places: dict[tuple[int, int], dict[str, Any] | None], size: tuple[int, int]) -> list[Markup]:
@@ -204,11 +204,11 @@ def _shade(row: dict[str, Any], value: str, span: tuple[float, float]) -> float 
     return min(int(part * LAYOUT.shades), LAYOUT.shades - 1) / (LAYOUT.shades - 1)
 
 
-def _face(shade: float | None) -> dict[str, str]:
+def _face(shade: float | None, kind: str = "cell") -> dict[str, str]:
     """Return the attributes of a cell of a shade."""
-    return (
-        {"class_": "cell none"} if shade is None else {"class_": "cell", "fill-opacity": f"{0.12 + 0.88 * shade:.2f}"}
-    )
+    if shade is None:
+        return {"class_": f"{kind} none"}
+    return {"class_": kind, "fill-opacity": f"{0.12 + 0.88 * shade:.2f}"}
 
 
 def _levels(

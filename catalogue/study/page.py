@@ -35,6 +35,7 @@ h1 { font: bold 1.6rem/1.2 Georgia, serif } h2 { font-size: 1rem } p { max-width
 .charts .value, .charts .kind { pointer-events: none } .charts .kind { font-size: 8px }
 .cell { fill: var(--guide-coupler); stroke: var(--guide-paper) } .none { fill: var(--guide-faint); fill-opacity: .5 }
 .step { fill: none; stroke: var(--guide-ink); stroke-width: 2.5; stroke-linecap: round }
+.charts .tint { stroke: none } .tint ~ .step, .tint ~ .level { stroke-width: .8 }
 .level { fill: none; stroke: var(--guide-path); stroke-width: 1.2; pointer-events: none }
 .scale { stroke: var(--guide-faint) } .front { fill: none; stroke: var(--guide-coupler); stroke-width: 2 }
 .point { fill: var(--guide-coupler); stroke: var(--guide-paper) } .later { fill: var(--guide-grey); opacity: .6 }

@@ -177,8 +177,10 @@ def test_a_map_of_thousands_of_cells_has_no_cards_but_every_cell(
     """Six cells count as thousands: five of them have answers."""
     monkeypatch.setattr("catalogue.study.chart.LAYOUT", replace(LAYOUT, single=5))
     text = drawn(study, tmp_path)
-    squares = [(kind, data.count("z")) for data, kind in re.findall(r'<path d="([^"]+)" class="(cell[^"]*)"', text)]
+    squares = [
+        (kind, data.count("z")) for data, kind in re.findall(r'<path d="([^"]+)" class="(tint cell[^"]*)"', text)
+    ]
     assert sum(count for _, count in squares) == 6
-    assert ("cell none", 1) in squares
+    assert ("tint cell none", 1) in squares
     assert "<article" not in text
     assert "#cell-" not in text
