@@ -419,7 +419,7 @@ class Search:
 
     @property
     def _in_gap(self) -> bool:
-        """Whether the best answer is near the best possible cost; exact, where deviation is ranked."""
+        """Whether the best answer is near the best cost; exact, where deviation is ranked."""
         if self.problem.effort > 1:
             return False
         exact = np.log(2 * EXACT_DEVIATION / self.problem.deviation)
