@@ -184,7 +184,7 @@ def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> N
             expected = [least.reduce(side, 1) for least in (np.fmin, np.fmax) for side in (x, y)]
             np.testing.assert_array_equal(np.isnan(stored), np.isnan(expected))
             off.append(np.nan_to_num(np.abs(stored - expected)).max(0) / again.shown.measures.size)
-        assert np.minimum(*off).max() < 1e-7
+        assert np.minimum(*off).max() < 1e-6, "one of both may be traced on the finer grid"
 
 
 def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:

@@ -77,6 +77,8 @@ def test_a_pinion_steers_by_its_radius(grid: bool) -> None:
     table = kinematics(motion, wheel, Joint("pinion"))
     plain = Mechanism([*corner(), SLIDE]).sweep({travel: [30.0, 30.0], Joint("rack"): 8 * turned})
     same = kinematics(plain, wheel, Joint("rack"))
+    per_degree = table.pop("steering gradient [deg/deg]")
+    assert np.allclose(per_degree, np.radians(8) * same.pop("steering gradient [deg/mm]"), atol=1e-8)
     for column in table:
         assert np.allclose(table[column], same[column], atol=1e-8), column
     assert motion.ratio(Joint("rack"), Joint("pinion"), [travel]) == pytest.approx([8, 8])
