@@ -186,7 +186,7 @@ class Catalogue:
         Examples
         --------
         >>> import catalogue
-        >>> request = catalogue.Request(catalogue.StraightLine(150, 0.05), max_size=250, limit=1)
+        >>> request = catalogue.Request.of(catalogue.StraightLine(150, 0.05), max_size=250, limit=1)
         >>> scores = [found[0].score for found in cat.improving(request)]
         >>> scores[0] <= scores[-1] == cat.find(request)[0].score
         True

@@ -127,7 +127,7 @@ def main() -> None:
         entries = [entry | {"rank_by": given.rank_by} for entry in entries]
     cat = catalogue.open(given.database)
     title("Monotonicity over nested requests")
-    print("A score depends on the tolerance: the same linkage scores less at a looser one, as pairs that loosen it show.\n")
+    print("A score depends on the tolerance: a linkage scores less at a looser one, as pairs that loosen it show.\n")
     known: dict[str, Known] = {}
     rows, kept, worse, lost, both, neither, again = [], [], 0, 0, 0, 0, 0
 

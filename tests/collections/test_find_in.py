@@ -346,7 +346,8 @@ def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) 
 def test_an_answer_that_says_what_it_is_not_is_refused(swings: Catalogue) -> None:
     (found,) = swings.find_in("swings", LINE, limit=1)
     checked(found)
-    many: list[dict[str, Any]] = [{"series": "none"}, {"deviation": 1.1 * found.deviation}, {"metrics": {}}]
+    many: list[dict[str, Any]] = [{"series": "none"}, {"deviation": 1.1 * found.deviation}]
+    many += [{"metrics": {name: 1.1 * value + 1}} for name, value in found.metrics.items() if value is not None]
     for wrong in many:
         with pytest.raises(InvalidRequest):
             checked(replace(found, **wrong))

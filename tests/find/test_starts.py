@@ -43,7 +43,8 @@ def test_a_looser_request_has_no_worse_answer(
     before, now = (sign * getattr(found[0], name) for found in (tight, from_these))
     without = sign * getattr(alone[0], name) if alone else np.inf
     assert now <= before + 1e-9 * abs(before)
-    assert without > now + 1e-4 * abs(now), "of itself it would not be found"
+    if rank_by == "transmission":  # by size one start is enough
+        assert without > now + 1e-4 * abs(now), "of itself it would not be found"
 
 
 @pytest.mark.slow
