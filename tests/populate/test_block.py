@@ -184,7 +184,8 @@ def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> N
             expected = [least.reduce(side, 1) for least in (np.fmin, np.fmax) for side in (x, y)]
             np.testing.assert_array_equal(np.isnan(stored), np.isnan(expected))
             off.append(np.nan_to_num(np.abs(stored - expected)).max(0) / again.shown.measures.size)
-        assert np.minimum(*off).max() < 1e-6, "one of both may be traced on the finer grid"
+        # errors are known to 1e-4 of the deviation (`minimum_zone`): by twice that the line may turn about an end
+        assert (np.minimum(*off) <= 1e-9 + 2e-4 * again.shown.traced.relative).all()
 
 
 def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:
