@@ -347,10 +347,12 @@ def test_an_answer_that_says_what_it_is_not_is_refused(swings: Catalogue) -> Non
     (found,) = swings.find_in("swings", LINE, limit=1)
     checked(found)
     many: list[dict[str, Any]] = [{"series": "none"}, {"deviation": 1.1 * found.deviation}]
-    many += [{"metrics": {name: 1.1 * value + 1}} for name, value in found.metrics.items() if value is not None]
+    many += [{"metrics": {name: 1.1 * value + 1}} for name, value in found.metrics.items()]
+    assert len(many) > 2
     for wrong in many:
         with pytest.raises(InvalidRequest):
             checked(replace(found, **wrong))
+    assert checked(replace(found, metrics={})).metrics == pytest.approx(found.metrics), "one kept without metrics"
 
 
 def test_a_collection_changes_nothing_of_what_it_is_given(swings: Catalogue) -> None:

@@ -163,7 +163,9 @@ def test_a_stored_guide_is_laid_along_a_stroke(small: Catalogue, again: Again) -
             assert c.deviation <= 1.1 * 10.0**level * 75
             row = np.flatnonzero(guide.reaches["level"] == level)[0]
             assert c.size == pytest.approx(75 * guide.reaches["size"][row], rel=1e-2)
-            assert c.deviation == pytest.approx(75 * guide.reaches["deviation"][row], rel=0.1, abs=5e-14)
+            assert c.deviation == pytest.approx(
+                75 * guide.reaches["deviation"][row], rel=0.1, abs=np.finfo(float).eps * c.size
+            )
 
 
 @pytest.mark.slow
