@@ -270,10 +270,10 @@ class Study:
         blank = [nan] * chunk
         found: dict[str, list[Any]] = {"number": []}
         found |= {name: [] for name in (*asked, *parts[0][1])}
-        for requests, results in parts:
+        for posed, results in parts:
             count = len(results["number"])
             for name, column in found.items():
-                column += results[name] if name in results else requests.get(name, blank)[:count]
+                column += results[name] if name in results else posed.get(name, blank)[:count]
         return pd.DataFrame(found)
 
     def map(self, file: str | PathLike[str], *, value: str = "score", x: str = "", y: str = "") -> None:
