@@ -130,8 +130,8 @@ class Catalogue:
             Round link lengths and coupler coordinates of the guided point to multiples of this;
             each rounded linkage is placed again where it guides best, then checked [length].
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
-            Desirabilities in the score, 1 at `best`, 0 at `worst`, of ``size``, ``transmission``,
-            ``allowance``, ``min_link``, ``min_ground``, ``travel`` [length, deg].
+            Desirabilities in the score, 1 at `best`, 0 at `worst`, of quantities in
+            `catalogue.problem.ranking.DESIRES` [length, deg].
         starts : iterable of Candidate
             Further starts: answers to earlier requests, or stretches of your own linkages.  If one
             meets the constraints, the best answer is no worse.
@@ -471,9 +471,9 @@ class Catalogue:
             nominal; pivots ``fixed_1_x``, ``fixed_1_y``, ``fixed_1_w`` (A1), ``moving_1_x`` (A1*),
             ``fixed_2_x`` (A2), ``moving_2_x`` (A2*) and so on, w = 0 at infinity; rho0, kappa,
             kappa_star, s of the cubics; mechanism_id; ``parameter_NAME`` of the members that have
-            such a free parameter.  With `reaches` also level, stroke (canonical) and, in strokes
-            and degrees, deviation, size, max_link, min_link, max_ground, max_arm, min_transmission,
-            rotates, drive_angle, rotation and the others of `catalogue.store.Reach`.
+            such a free parameter.  With `reaches` also level, stroke (canonical), and in strokes
+            and degrees deviation, all of `catalogue.quantities.STORED` and the others of
+            `catalogue.store.Reach`.
         """
         from .find.frame import GuideFrames
 

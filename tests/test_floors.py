@@ -13,7 +13,7 @@ ROOT = Path(catalogue.__file__).parent
 FLOORS = (
     ("errors", "interrupt", "markup"),
     ("folders", "foreign_code", "given", "html_table", "installed", "progress", "threads", "units"),
-    ("engines", "kinematics", "paper"),
+    ("engines", "kinematics", "paper", "quantities"),
     ("chains", "curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -17,9 +17,9 @@ from ..guidance.slides import rails
 from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from ..problem.bounds import DEGREES, DRIVES, SIZES, Bound
 from ..problem.problem import Problem
 from ..problem.region import Region
+from ..quantities import BOUNDS, DEGREES, DRIVE_METRICS, DRIVES, MEASURES, SIZES, Bound
 from .batch import CandidateBatch, every_flip, flipped
 
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
@@ -117,21 +117,37 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     m = found.measures
     with np.errstate(all="ignore"):
         return {
-            **{name: getattr(m, name) for name in ("size", "max_link", "max_ground", "max_arm")},
-            "min_link": np.nan_to_num(m.min_link, nan=np.inf),
-            "min_ground": np.nan_to_num(m.max_ground, nan=np.inf),
-            "travel": np.nan_to_num(m.travel),
+            **{row.criterion: in_costs(row, getattr(m, row.measure)) for row in SIZES},
             "transmission": transmission(problem, found) / 90,
             "deviation": (np.nan_to_num(found.expected, nan=np.inf) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
-            **({"uniformity": uniformity(problem, found)} if "uniformity" in problem.ranking.quantities else {}),
+            **{
+                row.criterion: np.nan_to_num(bounded(problem, found, row))
+                for row in DRIVES
+                if row.criterion in problem.ranking.quantities
+            },
         }
 
 
-def uniformity(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return least over largest speed of guided points, (n,); 0 without a steady drive."""
-    works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
-    return np.nan_to_num(works.uniformity)
+def in_costs(row: Bound, value: Floats) -> Floats:
+    """Return a measure with the value in costs of guides that have none."""
+    return value if row.absent is None else np.nan_to_num(value, nan=row.absent)
+
+
+def bounded(problem: Problem, found: CandidateBatch, row: Bound) -> Floats:
+    """Return the measure of candidates that a bound is on, shape (n,) [strokes, deg]."""
+    m = found.measures
+    if row.source == MEASURES:
+        return np.asarray(getattr(m, row.measure))
+    if row.source == DRIVE_METRICS:
+        works = drive_metrics(found.curve, found.traced, m, inverse=problem.constraints.slots)
+        return np.asarray(getattr(works, row.measure))
+    made: dict[str, Callable[[], Floats]] = {
+        "allowance": lambda: found.allowance,
+        "lift": lambda: lift(found.curve, found.traced, m),
+        "min_transmission_turn": lambda: min_transmission_turn(machine(problem, found), m.driver),
+    }
+    return made[row.measure]()
 
 
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
@@ -183,7 +199,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
         if problem.is_wide:  # on one pivot both cranks turn as one body
-            amounts["distance of the fixed pivots"] = over(LEAST_ARM - m.max_ground)
+            amounts["distance of the fixed pivots"] = over(LEAST_ARM - bounded(problem, found, BOUNDS["min_ground"]))
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
         if wanted.full_rotation:
@@ -202,7 +218,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
 
 def excess(row: Bound, value: Floats, bound: float) -> Floats:
     """Return the violations of a bound, negative inside."""
-    return value - bound if row.upper else bound - value
+    return value - bound if row.is_upper else bound - value
 
 
 def farthest(problem: Problem) -> float:
@@ -213,8 +229,7 @@ def farthest(problem: Problem) -> float:
     regions = (r.box for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None)
     places = (z for z in (wanted.fixed_pivots, wanted.moving_pivots, wanted.crank) if z is not None)
     bend = problem.fixed_curvature
-    least = (wanted.min_link or 0.0, wanted.min_ground or 0.0)
-    lengths = [*np.ravel([*regions]), *np.abs(np.ravel([*places])), *least, 1 / bend if bend else 0.0]
+    lengths = [*np.ravel([*regions]), *np.abs(np.ravel([*places])), wanted.shortest, 1 / bend if bend else 0.0]
     finite = [float(abs(v)) for v in lengths if abs(v) < FARTHEST[1]]
     return min(max(FARTHEST[0], *(10 * v for v in finite)), FARTHEST[1])
 

@@ -10,9 +10,9 @@ import click
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
 from ..find.columns import TABLE as MADE
-from ..problem.bounds import BOUNDS
 from ..problem.constraints import REGIONS
 from ..problem.path import PathRequest
+from ..quantities import BOUNDS
 from .find_options import OPTIONS
 from .options import is_given
 from .tables import codes, print_results, print_table, row

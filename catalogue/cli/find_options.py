@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from ..problem.bounds import ALLOWANCE, BOUNDS, DEGREES, DRIVES, LIFT, RATIO, SIZES, TRANSMISSIONS, Bound
 from ..problem.criteria import CRITERIA, DISTINCT
+from ..quantities import BOUNDS, DEGREES, DESIRED, DRIVES, RATIO, Bound
 from ..units import LENGTH
 from .completion import held
 from .options import COMMON, FAMILY, LIMIT, LONGER, ORDER, PINS_ONLY, SERIES, number, option, several, switch
@@ -43,6 +43,7 @@ def bound(row: Bound) -> click.Option:
 
 #: Options and placeholders of bounds by their units.
 KINDS = {LENGTH: (length, "L"), DEGREES: (angle, "DEG"), RATIO: (number, "X")}
+_DESIRED = [row.criterion for row in DESIRED]
 #: Constraints, ranking, search and output.
 OPTIONS = (
     FAMILY,
@@ -68,9 +69,9 @@ OPTIONS = (
     length("--moving-pivots", "X1 Y1 X2 Y2", "Prescribed positions of the moving pivots at mid-stroke.", nargs=4),
     length("--crank", "X Y X* Y*", "Prescribed fixed pivot and, at mid-stroke, moving pivot of one crank.", nargs=4),
     length("--within", "L", "Largest distance of a pivot from its prescribed position.", default=0.0),
-    *(bound(row) for row in (*SIZES, *TRANSMISSIONS, ALLOWANCE)),
+    *(bound(row) for row in BOUNDS.values() if row not in (*DRIVES, BOUNDS["min_lift"])),
     switch("--full-rotation", "A crank must turn fully."),
-    bound(LIFT),
+    bound(BOUNDS["min_lift"]),
     length("--swept-in", "X0 Y0 X1 Y1", "Box for all links over the whole stroke.", nargs=4),
     several(
         "--keep-out",
@@ -91,8 +92,8 @@ OPTIONS = (
     several(
         "--desire desires",
         "NAME=BEST:WORST[:WEIGHT]",
-        "Desirability in the score, 1 from BEST on, 0 from WORST on, of size, transmission, allowance, min_link, "
-        "min_ground or travel; may be repeated.",
+        "Desirability in the score, 1 from BEST on, 0 from WORST on, of "
+        f"{', '.join(_DESIRED[:-1])} or {_DESIRED[-1]}; may be repeated.",
         DESIRE,
     ),
     option("--pareto", "NAME,NAME,...", "Rank by Pareto fronts of these criteria, without weights."),

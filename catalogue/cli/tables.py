@@ -16,6 +16,7 @@ from click.exceptions import Exit
 
 from ..errors import InvalidRequest, printable
 from ..folders import answers_file, default_database, is_folder, make_folder
+from ..quantities import LINKS, QUANTITIES
 
 if TYPE_CHECKING:
     from ..find.columns import Column
@@ -231,15 +232,12 @@ def codes(found: Sequence[Any]) -> list[str]:
 
 #: Formats of numbers by column.
 _NUMBERS: Mapping[str, str] = {
+    **{row.name: row.format for row in QUANTITIES if row.format},
     "deviation": "{:.3g}",
-    "allowance": "{:.3g}",
     "expected": "{:.3g}",
-    "size": "{:.4g}",
     "radius": "{:.5g}",
-    "travel": "{:.3g}",
     "stroke": "{:.6g}",
     "score": "{:.0f}",
-    "min_transmission": "{:.0f}\u00b0",
     "angle": "{:.1f}\u00b0",
     "residual": "{:.3g}\u00b0",
     "swing": "{:.1f}\u00b0",
@@ -262,9 +260,8 @@ def _plain(one: Any, name: str) -> Any:
 
 def links(one: Any) -> str | None:
     """Format the shortest and the longest link of a candidate."""
-    if one.max_link is None or one.min_link is None:
-        return None
-    return f"{one.min_link:.3g}\u2013{one.max_link:.3g}"
+    ends = [getattr(one, name) for name in LINKS]
+    return None if None in ends else "\u2013".join(f"{length:.3g}" for length in ends)
 
 
 def contact(order: int) -> str:

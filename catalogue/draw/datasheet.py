@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,8 @@ from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
 from ..guidance.allowance import PROBABILITY
 from ..kinematics.linkage import PR
-from ..units import ASSUMED, ASSUMPTION
+from ..quantities import DEGREES, QUANTITIES, RATIO
+from ..units import ASSUMED, ASSUMPTION, LENGTH
 from .units import decimals, fixed, length
 from .words import asked, facts, family
 
@@ -226,34 +227,25 @@ def _pivots(guide: PlacedGuide, unit: str) -> Table:
     return Table(f"Pivots {where}", ("", f"x [{unit}]", f"y [{unit}]", "tolerance"), rows)
 
 
+#: Formats of the limits by the units of their rows.
+_FORMATS: Mapping[str, Callable[[float, str], str]] = {
+    LENGTH: length,
+    DEGREES: lambda value, _: f"{value:.1f}°",
+    RATIO: lambda value, _: f"{value:.3g}",
+}
+
+
 def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
     """List the measured limits of the guide."""
 
     def known(name: str) -> Any:
         return getattr(guide, name, None)
 
-    rows: list[tuple[str, ...]] = []
-    for name, said in (
-        ("size", "size, path included"),
-        ("min_link", "shortest link"),
-        ("max_link", "longest link"),
-        ("max_arm", "arm of the guided point"),
-        ("travel", "slider travel"),
-        ("lift", "lift on the return"),
-    ):
-        if known(name) is not None:
-            rows.append((said, length(known(name), unit)))
-    for name, said in (
-        ("min_transmission", "min. transmission angle"),
-        ("min_transmission_turn", "over a full turn"),
-        ("drive_angle", "rotation of the drive"),
-        ("rotation", "rotation of the coupler"),
-    ):
-        if known(name) is not None:
-            rows.append((said, f"{known(name):.1f}°"))
-    for name, said in (("advantage", "min. mechanical advantage"), ("uniformity", "min. over max. speed")):
-        if known(name) is not None:
-            rows.append((said, f"{known(name):.3g}"))
+    rows: list[tuple[str, ...]] = [
+        (row.sheet[1], _FORMATS[row.unit](value, unit))
+        for row in sorted(QUANTITIES, key=lambda row: row.sheet)
+        if row.sheet[0] and (value := known(row.name)) is not None
+    ]
     turning = known("rotates")
     if turning is not None:
         rows.append(("turns fully", " and ".join(f"crank {k}" for k in turning) or "no crank"))

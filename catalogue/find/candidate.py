@@ -16,6 +16,7 @@ from ..given import complexes, switch
 from ..guidance.sensitivity import SENSITIVITY, sensitivity
 from ..kinematics.types import Complexes, Floats
 from ..problem.path import CircularArc, PathFrame, PathRequest, StraightLine, places
+from ..quantities import Further, Measured
 from .columns import CANDIDATE, attributes
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .placed import PlacedGuide
@@ -35,8 +36,36 @@ LIFT_POSITIONS = 1441
 DERIVED = ("drift", "band", "percent", "lift", "lengths")
 
 
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class _Origin:
+    """Fields of `Candidate` before its size: origin and path."""
+
+    id: int | None
+    family: str
+    series: str
+    configuration: str
+    order: int
+    stroke: float
+    deviation: float
+    radius: float | None
+
+
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class _Places:
+    """Fields of `Candidate` between its size and what it may lack: the linkage."""
+
+    rotates: list[int]
+    pivots: list[list[list[float]]]
+    guided: list[float]
+    driver: int | None = None
+
+
+for _fields in (Measured, Further):
+    dataclass(frozen=True, init=False, repr=False, eq=False)(_fields)
+
+
 @dataclass(frozen=True, repr=False)
-class Candidate(PlacedGuide):
+class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
     """A verified guide in the frame of the request; lengths in its `unit`.
 
     Some attributes may be None.  They are defined in `catalogue.guidance.metrics.Measures`,
@@ -53,34 +82,6 @@ class Candidate(PlacedGuide):
     (True, (11, 2), 'four-bar')
     """
 
-    id: int | None
-    family: str
-    series: str
-    configuration: str
-    order: int
-    stroke: float
-    deviation: float
-    radius: float | None
-    size: float
-    max_link: float | None
-    max_ground: float | None
-    max_arm: float | None
-    min_transmission: float
-    rotates: list[int]
-    pivots: list[list[list[float]]]
-    guided: list[float]
-    driver: int | None = None
-    drive_angle: float | None = None
-    time_ratio: float | None = None
-    uniformity: float | None = None
-    advantage: float | None = None
-    rotation: float | None = None
-    min_link: float | None = None
-    min_transmission_turn: float | None = None
-    allowance: float | None = None
-    sensitivity_rms: float | None = None
-    travel: float | None = None
-    expected: float | None = None
     asked_deviation: float | None = None
     fitted: int | None = None
     score: float | None = None

@@ -140,7 +140,7 @@ def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict
         .group_by(*place)
     )
     best = database.read(
-        select(*place, Reach.level, func.min(Reach.size).label("smallest"))
+        select(*place, Reach.level, func.min(Reach.__table__.c["size"]).label("smallest"))
         .join(Guide, Guide.mechanism_id == Mechanism.id)
         .join(Reach, Reach.guide_id == Guide.id)
         .where(Mechanism.batch_id.is_not(None))

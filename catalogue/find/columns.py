@@ -8,15 +8,15 @@ of tables only.  A title may be broken at a soft hyphen.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
+from ..quantities import QUANTITIES, RATIO, Measured
 from ..units import LENGTH
 
 __all__ = ["CANDIDATE", "CHAIN", "DWELL", "LENGTH", "STRETCH", "TABLE", "Column", "attributes"]
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """A column: title, unit (`LENGTH`, ``deg``, ``%`` or empty), meaning, and right alignment."""
 
     title: str
@@ -37,6 +37,13 @@ class Column:
 
 def _column(name: str, unit: str, meaning: str, title: str = "", *, right: bool = True) -> tuple[str, Column]:
     return name, Column(title or name.replace("_", " "), unit, meaning, right)
+
+
+def _measured(*, in_all: bool) -> list[tuple[str, Column]]:
+    """Make the columns of quantities from their rows: those of all answers, or the others."""
+    some = [row for row in QUANTITIES if (row.name in Measured.__annotations__) == in_all]
+    rows = sorted(some, key=lambda row: row.legend)
+    return [_column(row.name, "" if row.unit == RATIO else row.unit, row.meaning, row.title) for row in rows]
 
 
 TABLE: Mapping[str, Column] = dict(
@@ -85,16 +92,7 @@ CANDIDATE: Mapping[str, Column] = dict(
         ),
         _column("radius", LENGTH, "radius of the best-fitting arc, or as given"),
         _column("arc_angle", "deg", "central angle of an arc near a half circle, or beyond; none of others"),
-        _column("size", LENGTH, "overall size: diameter of pivots, rails, slots and path"),
-        _column("max_link", LENGTH, "longest crank or coupler"),
-        _column("max_ground", LENGTH, "distance between the fixed pivots"),
-        _column("max_arm", LENGTH, "distance from the guided point to the nearer moving pivot"),
-        _column(
-            "min_transmission",
-            "deg",
-            "minimum transmission angle over the stroke; the better crank drives",
-            "trans\u00admission",
-        ),
+        *_measured(in_all=True),
         _column("rotates", "", "cranks that turn fully", "turns", right=False),
         _column(
             "pivots",
@@ -104,29 +102,7 @@ CANDIDATE: Mapping[str, Column] = dict(
         ),
         _column("guided", LENGTH, "position of the guided point at mid-stroke; of a point that returns: at rest"),
         _column("driver", "", "number of the driving crank"),
-        _column("drive_angle", "deg", "rotation of the driving crank over the stroke"),
-        _column("time_ratio", "", "time of the return over time of the stroke at constant crank speed"),
-        _column("uniformity", "", "lowest over highest speed along the path at constant crank speed"),
-        _column("advantage", "", "minimum force along the path over force at the crank pin, without friction"),
-        _column("rotation", "deg", "range of the coupler's angle over the stroke"),
-        _column("min_link", LENGTH, "shortest crank or coupler"),
-        _column(
-            "travel", LENGTH, "longest travel of a slider along its rail or slot over the stroke; none with pins only"
-        ),
-        _column("min_transmission_turn", "deg", "minimum transmission angle over the full turn of the driving crank"),
-        _column(
-            "lift",
-            LENGTH,
-            "distance of the point from the line or circle on its return, the driving crank turning "
-            "on; none where it does not turn fully",
-        ),
-        _column(
-            "allowance",
-            LENGTH,
-            "standard deviation of pivot position (each coordinate) at which 95 % of machines "
-            "stay within the tolerance; at most a hundredth of the shortest link",
-            "allow\u00adance",
-        ),
+        *_measured(in_all=False),
         _column(
             "sensitivity_rms",
             "",

@@ -148,7 +148,8 @@ def _turning(
             select = select.where(Mechanism.family.not_in(SLIDING))
         if constraints.order:
             select = select.where(Guide.contact_order >= constraints.order)
-        parts.append(database.read(select.order_by(Reach.min_transmission.desc()).limit(SEARCH.share * effort)))
+        best = Reach.__table__.c["min_transmission"].desc()
+        parts.append(database.read(select.order_by(best).limit(SEARCH.share * effort)))
     parts = [p for p in parts if len(p["id"])]
     if not parts:
         return None

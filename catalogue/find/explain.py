@@ -20,21 +20,20 @@ from ..candidates.feasibility import (
     SWEPT_GRID,
     WEIGHTS,
     Feasibility,
+    bounded,
     farthest,
     feasibility,
     machine,
     standing,
 )
-from ..guidance.drive import SampledPoses, drive_metrics
-from ..guidance.metrics import min_transmission_turn
-from ..guidance.return_path import lift
+from ..guidance.drive import SampledPoses
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
-from ..problem.bounds import BOUNDS, DRIVE, LENGTHS, SIZES
 from ..problem.constraints import Constraints
 from ..problem.path import PathRequest
 from ..problem.problem import SEARCH_TOLERANCE, Problem
 from ..problem.region import FAR, Region
+from ..quantities import BOUNDS, LENGTHS
 from ..refine.sqp import Refinement
 from ..search.search import Search
 from ..search.starts import SearchReport
@@ -198,7 +197,7 @@ class Explanation:
         """
         refined = {}
         wanted = self.problem.constraints
-        implied = {"full_rotation"} if wanted.min_transmission_turn or wanted.min_lift else set()
+        implied = {"full_rotation"} if wanted.needs_turn else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
             if (amount > WEIGHTS.rounding).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
@@ -321,22 +320,11 @@ class Explanation:
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)
         if name == "deviation":
             value = s * one.deviation / SEARCH_TOLERANCE
-        elif name in BOUNDS and BOUNDS[name] in SIZES:
-            value = s * getattr(m, BOUNDS[name].measure)
-        elif name == "min_allowance":
-            value = s * one.allowance
-        elif name == "min_lift":
-            value = s * lift(one.curve, one.traced, m)
-        elif name == "min_transmission":
-            value = m.min_transmission
-        elif name == "min_transmission_turn":
-            value = min_transmission_turn(machine(problem, one), m.driver)
-        elif name in DRIVE:
-            works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
-            value = getattr(works, BOUNDS[name].measure)
+        elif name in BOUNDS:
+            value = bounded(problem, one, BOUNDS[name]) * (s if name in LENGTHS else 1.0)
         else:
             return None
-        return rounded(float(value[0]), room, up=name not in BOUNDS or BOUNDS[name].upper)
+        return rounded(float(value[0]), room, up=name not in BOUNDS or BOUNDS[name].is_upper)
 
     def _relaxation(self, name: str, value: Any) -> Relaxation:
         """Format a bound as an option, with the requested one."""

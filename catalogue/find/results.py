@@ -22,6 +22,8 @@ from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Array, Complexes, Floats
 from ..problem.path import PathRequest
 from ..problem.problem import Problem
+from ..quantities import DRIVE_METRICS, MEASURES, QUANTITIES
+from ..units import LENGTH
 from .candidate import COLUMNS, Candidate
 
 if TYPE_CHECKING:
@@ -243,6 +245,7 @@ def measured_columns(
     """Collect measurements of normalised guides by fields of `Candidate` [length]."""
     s = frames.extent
     works = drive_metrics(guides, traced, measures, inverse=slots)
+    of: Mapping[str, Any] = {MEASURES: measures, DRIVE_METRICS: works}
     machines = guides.linkage.inverted() if slots else guides.linkage
     rotates = measures.rotates
     turning = np.empty(len(s), object)
@@ -253,10 +256,11 @@ def measured_columns(
         "stroke": s,
         "deviation": s * traced.fit.deviation.astype(float),
         "radius": radius,
-        "size": s * measures.size,
-        "min_transmission": measures.min_transmission,
-        **{name: s * getattr(measures, name) for name in ("max_link", "max_ground", "max_arm", "travel", "min_link")},
-        **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage", "rotation")},
+        **{
+            row.name: getattr(of[row.source], row.name) * (s if row.unit == LENGTH else 1.0)
+            for row in QUANTITIES
+            if row.source in of
+        },
         "driver": np.where(works.driver > 0, works.driver, np.nan),
         "min_transmission_turn": min_transmission_turn(machines, works.driver),
         "sensitivity_rms": np.where(guides.cusp, np.nan, sensitivity(guides, traced).rms),

@@ -22,10 +22,10 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
-from ..problem.bounds import BOUNDS
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS
 from ..problem.path import CircularArc, PathRequest, StraightLine
+from ..quantities import BOUNDS
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
@@ -145,7 +145,7 @@ def _with_constraints(
         if name == "full_rotation":
             metric, value = "turns", 1.0
         elif name in BOUNDS:
-            metric, upper = BOUNDS[name].measure, BOUNDS[name].upper
+            metric, upper = BOUNDS[name].measure, BOUNDS[name].is_upper
         else:
             raise InvalidRequest(f"{name} is a constraint on linkages of two dyads: leave it out for {collection.name}")
         if metric not in collection.metrics:

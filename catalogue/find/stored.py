@@ -22,6 +22,7 @@ from ..problem.constraints import Constraints
 from ..problem.path import CircularArc, PathRequest, StraightLine
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
+from ..quantities import MEASURES, QUANTITIES
 from ..series.named_guides import NamedGuide, is_named
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known
@@ -42,7 +43,11 @@ class StoredAgreement(NamedTuple):
 
 STORED = StoredAgreement()
 
-SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
+#: Columns of the reaches of a guide.
+SHOWN = (
+    *("level", "stroke", "deviation", "sweep"),
+    *(row.name for row in QUANTITIES if row.stored is not None and row.source == MEASURES),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +155,6 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         test = Mechanism.name == name
     # a named design belongs to no batch
     extra = (
-        Reach.min_transmission,
         Guide.curvature,
         Guide.inflections,
         Mechanism.name,

@@ -228,6 +228,11 @@ class Measures(Rows):
     travel: Floats
     slides: Complexes
 
+    @property
+    def at_pivot(self) -> Mask:
+        """Whether the guided point is a moving pivot, shape (n,); lengths are in strokes."""
+        return np.asarray(self.max_arm < LEAST_ARM)
+
 
 def measure(
     guides: CouplerCurve | CircuitCurve,

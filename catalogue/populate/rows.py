@@ -11,7 +11,7 @@ from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT, leading_error
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import STRAIGHT
-from ..guidance.metrics import LEAST_ARM, transmission
+from ..guidance.metrics import transmission
 from ..guidance.reach import LEVELS, about_change_points, reach, scan
 from ..guidance.trace import Traced, trace
 from ..kinematics.batch import join, take
@@ -21,6 +21,7 @@ from ..problem.constraints import Constraints
 from ..problem.path import CircularArc, StraightLine
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
+from ..quantities import STORED
 
 Columns = dict[str, Any]
 #: Largest size of a stored reach [strokes].
@@ -34,18 +35,6 @@ PROBLEMS = {
     circle: Problem.of(request, Constraints(), Ranking({"deviation": 1.0}))
     for circle, request in ((False, StraightLine(1.0, 0.1)), (True, CircularArc(1.0, 0.1)))
 }
-#: Columns of a reach that are measures of the guide, in strokes and degrees.
-SAME = (
-    "size",
-    "max_link",
-    "min_link",
-    "max_ground",
-    "max_arm",
-    "min_transmission",
-    "rotates",
-    "drive_angle",
-    "rotation",
-)
 #: Sides of a box in their order.
 SIDES = ("x0", "y0", "x1", "y1")
 #: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a
@@ -144,7 +133,10 @@ def _of_one_nominal(
     # levels, and would miss it elsewhere; a fourth of the rows are such copies
     step, guide = np.nonzero(best >= 0)
     reaches = take(reaches, best[step, guide]) | {"level": steps[step]}
-    reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
+    del reaches["at_pivot"]
+    for name, column in STORED.items():
+        if not column.is_nullable:
+            reaches[name] = np.nan_to_num(reaches[name])  # of two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
     columns = take(points, used)
     guides, order = guides[used], columns["contact_order"]
@@ -191,7 +183,7 @@ def _longest(reaches: Columns, step: Indices, steps: Integers, least: Floats, ci
     guide = reaches["guide"]
     with np.errstate(all="ignore"):
         good = (reaches["deviation"] <= 10.0 ** steps[step]) & (reaches["size"] <= LARGEST)
-        good &= (reaches["min_transmission"] >= least[guide]) & ~(reaches["max_arm"] < LEAST_ARM)
+        good &= (reaches["min_transmission"] >= least[guide]) & ~reaches["at_pivot"]
         good &= (reaches["sweep"] > 0) | (not circle)
         order = np.argsort(reaches["stroke"], kind="stable")
         order = order[good[order]]
@@ -228,6 +220,7 @@ def _reaches(guides: CouplerCurve, half: Floats, centre: Floats, traced: Traced,
         "stroke": traced.fit.stroke,
         "deviation": found.deviation,
         "sweep": sweep,
-        **{name: getattr(measured, name) for name in SAME},
+        "at_pivot": measured.at_pivot,
+        **{name: getattr(measured, name) for name in (*STORED, "rotates")},
         **boxes,
     }

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..given import doubles, names, number, positive, switch, whole
 from ..kinematics.types import Floats
-from .bounds import DRIVE, LENGTHS, TRANSMISSIONS
+from ..quantities import BOUNDS, DRIVE, LENGTHS, SIZES, TRANSMISSIONS, BoundArguments, Bounded
 from .path import digits
 from .region import Region, RegionLike, zones
 
@@ -31,7 +31,7 @@ class DwellArguments(TypedDict, total=False):
     min_transmission: float
 
 
-class ConstraintArguments(DwellArguments, total=False):
+class ConstraintArguments(BoundArguments, DwellArguments, total=False):
     """All constraints as keywords, for type checkers: the fields of `Constraints`."""
 
     slots: bool
@@ -44,22 +44,6 @@ class ConstraintArguments(DwellArguments, total=False):
     within: float
     swept_in: RegionLike | None
     keep_out: Region | Floats | Sequence[float | RegionLike]
-    max_size: float | None
-    max_link: float | None
-    min_link: float | None
-    max_ground: float | None
-    min_ground: float | None
-    max_arm: float | None
-    max_travel: float | None
-    min_allowance: float | None
-    min_transmission_turn: float
-    full_rotation: bool
-    min_lift: float | None
-    min_drive_angle: float | None
-    max_drive_angle: float | None
-    max_rotation: float | None
-    min_uniformity: float | None
-    min_advantage: float | None
     play: float
 
 
@@ -68,11 +52,38 @@ REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 PRESCRIBED = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
 
 
+@dataclass(frozen=True, init=False, repr=False, eq=False)
+class _KindAndPlace:
+    """Fields of `Constraints` before the bounds."""
+
+    families: Sequence[str] = ()
+    series: Sequence[str] = ()
+    configurations: Sequence[str] = ()
+    pins_only: bool = False
+    order: int = 0
+    slots: bool = False
+    returns: bool = False
+    fixed_pivots_in: Any = None
+    pivots_in: Any = None
+    fixed_pivots: Any = None
+    moving_pivots: Any = None
+    crank: Any = None
+    within: float = 0.0
+    swept_in: Any = None
+    keep_out: Any = ()
+
+
+dataclass(frozen=True, init=False, repr=False, eq=False)(Bounded)
+
+
 @dataclass(frozen=True)
-class Constraints:
+class Constraints(Bounded, _KindAndPlace):
     """Constraints on an answer; lengths in the unit of the request.
 
-    Positions are in the frame in which the path runs from (0, 0) to (stroke, 0).
+    Positions are in the frame in which the path runs from (0, 0) to (stroke, 0).  Without
+    `max_size` answers have at most 100 strokes, or ten times the extent of regions, prescribed
+    pivots, least lengths and radius, but never more than 1,000 strokes.  Bounds over the turn of
+    the driving crank imply `full_rotation`.
 
     Attributes
     ----------
@@ -105,24 +116,9 @@ class Constraints:
         Region of the whole linkage over the stroke; see `catalogue.guidance.swept_area`.
     keep_out : sequence of regions
         Regions that no link may enter over the stroke.
-    max_size, max_link, min_link, max_ground, min_ground, max_arm, max_travel : float, optional
-        Bounds on lengths; see `catalogue.guidance.metrics.Measures` [length].  Without `max_size`,
-        answers have at most 100 strokes, or ten times the extent of regions, prescribed pivots,
-        `min_link`, `min_ground` and radius, but never more than 1,000 strokes.
-    min_transmission : float
-        Minimum transmission angle over the stroke; the better crank drives [deg].
-    min_transmission_turn : float
-        Minimum transmission angle over the full turn of the driving crank, which must turn fully
-        [deg].
     full_rotation : bool
         The driving crank must turn fully.
-    min_lift : float, optional
-        Minimum lift of the point on its return; the driving crank must turn fully [length].  See
-        `catalogue.guidance.return_path.lift`.
-    min_allowance : float, optional
-        Minimum allowance [length]; see `catalogue.guidance.allowance`.
-    min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
-        Bounds on the drive; see `catalogue.guidance.drive.DriveMetrics` [deg, deg, deg, 1, 1].
+    BOUNDS
     play : float
         Standard deviation of every pivot coordinate, from play and manufacture [length].  With
         play, a ranking by deviation uses `Candidate.expected`.
@@ -134,38 +130,6 @@ class Constraints:
     ['families', 'max_size', 'min_transmission']
     """
 
-    families: Sequence[str] = ()
-    series: Sequence[str] = ()
-    configurations: Sequence[str] = ()
-    pins_only: bool = False
-    order: int = 0
-    slots: bool = False
-    returns: bool = False
-    fixed_pivots_in: Any = None
-    pivots_in: Any = None
-    fixed_pivots: Any = None
-    moving_pivots: Any = None
-    crank: Any = None
-    within: float = 0.0
-    swept_in: Any = None
-    keep_out: Any = ()
-    max_size: float | None = None
-    max_link: float | None = None
-    min_link: float | None = None
-    max_ground: float | None = None
-    min_ground: float | None = None
-    max_arm: float | None = None
-    max_travel: float | None = None
-    min_allowance: float | None = None
-    min_transmission: float = 0.0
-    min_transmission_turn: float = 0.0
-    full_rotation: bool = False
-    min_lift: float | None = None
-    min_drive_angle: float | None = None
-    max_drive_angle: float | None = None
-    max_rotation: float | None = None
-    min_uniformity: float | None = None
-    min_advantage: float | None = None
     play: float = 0.0
 
     def __post_init__(self) -> None:
@@ -184,7 +148,7 @@ class Constraints:
         convert([row.name for row in TRANSMISSIONS], _acute)
         convert(["play", "within"], lambda name, v: number(name, v) and positive(name, v))
         convert(PRESCRIBED, _two_points)
-        if self.min_transmission_turn or self.min_lift:
+        if self.needs_turn:
             object.__setattr__(self, "full_rotation", True)
         if self.min_lift and (self.slots or self.returns):
             raise InvalidRequest("min_lift is of points that run along the path: it does not go with slots or returns")
@@ -226,6 +190,22 @@ class Constraints:
                 + (f"did you mean {near[0]}?" if near else "`help(catalogue.Constraints)` lists what there is")
             )
         return cls(**given)
+
+    @property
+    def longest(self) -> float | None:
+        """Upper bound on every crank, the coupler and the ground [length]; None without any."""
+        bounds = (getattr(self, row.name) for row in SIZES if row.is_of_links)
+        return min((bound for bound in bounds if bound is not None), default=None)
+
+    @property
+    def shortest(self) -> float:
+        """Largest lower bound on a length of the linkage [length]; 0 without any."""
+        return max(getattr(self, row.name) or 0.0 for row in SIZES if not row.is_upper)
+
+    @property
+    def needs_turn(self) -> bool:
+        """Whether a bound can be met only by a guide whose driving crank turns fully."""
+        return any(row.needs_turn and getattr(self, row.name) for row in BOUNDS.values())
 
     @property
     def given(self) -> str | None:
@@ -285,6 +265,12 @@ class Constraints:
     def active(self) -> list[str]:
         """List the names of the constraints in force."""
         return [f.name for f in fields(self) if getattr(self, f.name) != f.default]
+
+
+Constraints.__doc__ = str(Constraints.__doc__).replace(
+    "    BOUNDS",
+    "\n".join(f"    {row.name} : float, optional\n        {row.text} [{row.unit}]" for row in BOUNDS.values()),
+)
 
 
 def _acute(name: str, given: object) -> float:

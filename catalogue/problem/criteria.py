@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
+from ..quantities import RANKED
+
+_MEASURED = [row.criterion for row in RANKED if not row.scores_only]
 #: Criteria of the ranking, each minimised as a cost.  The score is the joint desirability; the
 #: balance is size / stroke - transmission angle / 90 degrees.
-CRITERIA = (
-    "score",
-    "balance",
-    "size",
-    "deviation",
-    "transmission",
-    "allowance",
-    "max_link",
-    "min_link",
-    "max_ground",
-    "max_arm",
-    "uniformity",
-)
+CRITERIA = ("score", "balance", _MEASURED[0], "deviation", *_MEASURED[1:])
 #: Default number of answers: a screen of a table.
 ANSWERS = 12
 #: Default minimum distance between answers as designs: a pivot moved by a fiftieth of the stroke.

@@ -18,8 +18,8 @@ from typing import Any
 
 from ..errors import InvalidRequest, quoted
 from ..given import listed, number, switch
+from ..quantities import BOUNDS, DEGREES, LENGTHS, RATIO
 from ..units import WRITTEN, angle_in, factor, length_in, unit_or_none
-from .bounds import BOUNDS, DEGREES, LENGTHS, RATIO
 from .constraints import PRESCRIBED, REGIONS, Constraints
 from .path import CircularArc, StraightLine, ends
 from .problem import OWN, Request, is_default

@@ -15,14 +15,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..kinematics.types import Array, Floats
-from .bounds import BOUNDS
+from ..quantities import BOUNDS
 from .constraints import PRESCRIBED, REGIONS, Constraints
 from .problem import Request
 
 #: Upper bounds: larger is looser.
-_UPPER = tuple(name for name, row in BOUNDS.items() if row.upper)
+_UPPER = tuple(name for name, row in BOUNDS.items() if row.is_upper)
 #: Lower bounds: smaller is looser.
-_LOWER = (*(name for name, row in BOUNDS.items() if not row.upper), "order")
+_LOWER = (*(name for name, row in BOUNDS.items() if not row.is_upper), "order")
 #: Switches: off is looser.
 _SWITCHES = ("pins_only", "full_rotation")
 _SORTS = ("families", "series", "configurations")

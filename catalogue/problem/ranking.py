@@ -15,6 +15,7 @@ import numpy as np
 from ..errors import InvalidRequest, quoted
 from ..given import doubles, names, number, positive, whole
 from ..kinematics.types import Floats, Indices
+from ..quantities import DESIRED, RANKED
 from ..units import decimal
 from .criteria import ANSWERS, CRITERIA
 from .path import PathRequest, digits
@@ -65,27 +66,17 @@ class Desire:
 
 
 #: Default desirabilities: lengths in strokes, transmission in right angles, allowance over
-#: tolerance. Size: a guide is at least as large as its stroke.  Transmission: textbooks ask for 40
-#: to 50 degrees and accept 30.  Allowance: sound guides at half of their tolerance permit two to
-#: four times as much scatter of the pivots.  Travel: a rail as long as the stroke could guide the
-#: point alone, so such a linkage gains nothing; Scott Russell's linkage, whose crank turns by 2 a
-#: about mid-stroke, has a travel of tan(a/2)/2 strokes, at most half a stroke.  Without a slider
-#: the travel is 0.
-DESIRES: Mapping[str, Desire] = {
-    "size": Desire(1.0, 6.0),
-    "transmission": Desire(60 / 90, 15 / 90),
-    "allowance": Desire(2.0, 0.0),
-    "min_link": Desire(0.25, 0.05),
-    "min_ground": Desire(0.25, 0.05),
-    "travel": Desire(0.5, 1.0),
-}
+#: tolerance.
+DESIRES: Mapping[str, Desire] = {row.criterion: Desire(*row.desire) for row in DESIRED if row.desire is not None}
 #: Measures to maximise.
-RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst) | {"uniformity"}
+RISING = frozenset(row.criterion for row in RANKED if not row.is_upper)
 #: Measures with an upper limit of 1.
-TO_ONE = ("transmission", "uniformity")
+TO_ONE = frozenset(row.criterion for row in RANKED if row.limit is not None and not row.is_upper)
 #: Costs that hardly any guide undercuts: a score of 95; a hundredth above the limit of a measure,
 #: as no guide is smaller than its stroke.
-GOOD = {"score": 0.05, "size": 1.01, "balance": 0.05, "transmission": 0.01, "uniformity": 0.01}
+GOOD = {"score": 0.05, "balance": 0.05} | {
+    row.criterion: (row.limit if row.is_upper else 0.0) + 0.01 for row in RANKED if row.limit is not None
+}
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:

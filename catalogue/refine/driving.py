@@ -15,7 +15,7 @@ import numpy as np
 from ..guidance.drive import differentiation
 from ..guidance.minimum_zone import times
 from ..kinematics.types import Floats, Indices, Mask
-from ..problem.bounds import BOUNDS, DEGREES
+from ..quantities import BOUNDS, DEGREES
 from .quantities import Pieces, Quantities, Row, chosen, ratio
 
 
@@ -31,7 +31,7 @@ class Driving:
         Angles are in radians, others in parts of the bound.
         """
         row = BOUNDS[name]
-        bound, sign = getattr(self.of.problem.constraints, name), 1.0 if row.upper else -1.0
+        bound, sign = getattr(self.of.problem.constraints, name), 1.0 if row.is_upper else -1.0
         made: dict[str, Callable[[], Iterator[Row]]] = {
             "drive_angle": self._drive_angle,
             "rotation": self._rotation,

@@ -27,6 +27,10 @@ from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.problem import Problem
 from ..problem.region import Region
 
+#: Measures whose pieces are written down for guided points, not for slots.
+POINTS_ONLY = ("max_arm",)
+#: Measures that are largest between the stations, so that their pieces are raised.
+BETWEEN_STATIONS = ("travel",)
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3
 
@@ -141,7 +145,7 @@ class Quantities:
             "travel": self._travel,
             "least_arm": lambda: Pieces.of(self._arms(), -1.0),
             "transmission": self._transmission,
-            "transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
+            "min_transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
             "full_rotation": self._turning,
             "swept_in": self._swept,
             "uniformity": self._uniformity,
@@ -156,7 +160,7 @@ class Quantities:
         """
         if name != "transmission" or not self.problem.constraints.full_rotation:
             return self(name)
-        both = zip(self(name), self("transmission_turn"), strict=True)
+        both = zip(self(name), self("min_transmission_turn"), strict=True)
         return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
 
     def collapse(self) -> Pieces:

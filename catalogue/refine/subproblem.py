@@ -17,6 +17,7 @@ from ..candidates.batch import CandidateBatch, curves, near_path
 from ..candidates.feasibility import (
     PIVOT_REGIONS,
     drive_violations,
+    excess,
     feasibility,
     swept_violations,
     values,
@@ -31,11 +32,11 @@ from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from ..problem.bounds import DEGREES, DRIVE, SIZES, TRANSMISSIONS
 from ..problem.path import FULLEST
 from ..problem.problem import Problem
 from ..problem.ranking import RISING, Ranking
-from .quantities import Pieces, Quantities
+from ..quantities import DEGREES, DRIVE, SIZES, TRANSMISSIONS
+from .quantities import BETWEEN_STATIONS, POINTS_ONLY, Pieces, Quantities
 
 
 class Linearisation(NamedTuple):
@@ -91,15 +92,6 @@ class PivotCoordinates:
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         change = (self.basis(found) @ step[..., None])[..., 0]
         return displaced(found.linkage, found.point, change)
-
-
-#: Bounds on transmission angles, which pieces have in right angles.
-TRANSMISSION = {
-    "min_transmission": "transmission",
-    "min_transmission_turn": "transmission_turn",
-}
-#: All bounds that hold for one measure, by what they bound.
-BOUNDS = {row.name: row.measure if row.upper else row.name for row in SIZES} | TRANSMISSION
 
 
 def units(linkage: Linkage, point: Complexes) -> Floats:
@@ -233,11 +225,10 @@ def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     wanted, found = problem.constraints, {"collapse": read.collapse()}
     found["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
     for row in (*SIZES, *TRANSMISSIONS):
-        name, measure = row.name, BOUNDS[row.name]
-        if bound := getattr(wanted, name):
-            sign = 1.0 if row.upper else -1.0
+        if bound := getattr(wanted, row.name):
+            sign = 1.0 if row.is_upper else -1.0
             unit = 90.0 if row.unit == DEGREES else 1.0
-            found[name] = read(measure).less(sign * bound / unit)
+            found[row.name] = read(row.piece).less(sign * bound / unit)
     if wanted.full_rotation:
         found["full_rotation"] = read("full_rotation")
     for name in PIVOT_REGIONS:
@@ -263,8 +254,8 @@ def differenced(problem: Problem) -> list[str]:
     """Return the constraints that have no derivatives in closed form."""
     wanted = problem.constraints
     rough = [name for name in ("keep_out", "min_lift") if getattr(wanted, name)]
-    if wanted.slots and wanted.max_arm:  # written down for points only
-        rough.append("max_arm")
+    if wanted.slots:
+        rough += [row.name for row in SIZES if row.measure in POINTS_ONLY and getattr(wanted, row.name)]
     if wanted.swept_in is not None and not has_room(problem):
         rough.append("swept_in")
     return rough
@@ -285,8 +276,9 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
     """Return the constraints, raised to their values measured between the stations."""
     made = limits(problem, read)
     measured = drive_violations(problem, found)
-    if (bound := problem.constraints.max_travel) is not None:
-        measured["max_travel"] = found.measures.travel - bound
+    for row in SIZES:
+        if row.measure in BETWEEN_STATIONS and (bound := getattr(problem.constraints, row.name)) is not None:
+            measured[row.name] = excess(row, getattr(found.measures, row.measure), bound)
     if has_room(problem):
         measured["swept_in"] = swept_violations(problem, found)["swept_in"]
     return {name: p.raised(measured[name]) if name in measured else p for name, p in made.items()}

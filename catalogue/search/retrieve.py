@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path, slides_on_path
-from ..candidates.feasibility import best_orientation, excess
+from ..candidates.feasibility import best_orientation, excess, in_costs
 from ..candidates.select import ranks
 from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
@@ -22,9 +22,10 @@ from ..guidance.trace import Traced, trace
 from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
-from ..problem.bounds import DEGREES, DRIVES, SIZES
 from ..problem.problem import Problem
+from ..quantities import DEGREES, DRIVES, RANKED, SIZES, STORED
 from ..store import JOINED, PIVOT_NAMES, Database
+from ..units import LENGTH
 
 #: Guides of each member that are read per unit of effort, in the order in which they cover it.
 COVER = 2000
@@ -55,8 +56,6 @@ USED = 0.995
 CELL = (0.15, 0.12)
 #: Allowance of a typical stored guide of no deviation [requested tolerances].
 TYPICAL_ALLOWANCE = 4.0
-#: Uniformity of a stored reach: none is stored, so that starts are told apart by what they break.
-TYPICAL_UNIFORMITY = 0.6
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
 #: Largest file whose seal is checked before a search [bytes]: checking a larger one takes longer
@@ -68,6 +67,8 @@ WHOLE = 100_000_000
 class Reaches:
     """Stored reaches; arrays of shape (n,), boxes (n, 4) as in `Measures` [stroke, deg]."""
 
+    stored: Mapping[str, Floats]  #: stored quantities by name
+
     guide: Array
     level: Array
     series: Array
@@ -76,20 +77,16 @@ class Reaches:
     order: Array
     sweep: Floats
     deviation: Floats
-    size: Floats
-    max_link: Floats
-    min_link: Floats
-    max_ground: Floats
-    max_arm: Floats
-    min_transmission: Floats
     rotates: Array
-    drive_angle: Floats
-    rotation: Floats
     fixed_box: Floats
     box: Floats
 
     def __len__(self) -> int:
         return len(self.guide)
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return a stored quantity by its name."""
+        return self.stored[name]
 
     @cached_property
     def series_number(self) -> Array:
@@ -135,18 +132,17 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
     Of each member the first `cover` guides, in the order in which they cover it.
     """
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
-    sizes = ("size", "max_link", "min_link", "max_ground", "max_arm")
-    lengths = ("sweep", "deviation", *sizes, "min_transmission", "drive_angle", "rotation", *boxes)
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level", "guide.contact_order", "reach.rotates"), int),
         **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration"), str),
-        **{f"reach.{name}": float for name in lengths},
+        **{f"reach.{name}": float for name in ("sweep", "deviation", *STORED, *boxes)},
     }
     wanted = f"reach.kind IN ({_marks(kinds)}) AND reach.level BETWEEN ? AND ? AND reach.cover < ?"
     rows = database.plain(columns, f"{JOINED} WHERE {wanted}", (*kinds, *levels, cover))
     fixed, every = (np.stack([rows.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
     guide, order = rows.pop("guide_id"), rows.pop("contact_order")
-    return Reaches(guide=guide, order=order, **rows, fixed_box=fixed, box=every)
+    stored = {name: rows.pop(name) for name in STORED}
+    return Reaches(guide=guide, order=order, stored=stored, **rows, fixed_box=fixed, box=every)
 
 
 def _marks(values: Sequence[Any]) -> str:
@@ -218,18 +214,17 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
     """
     shorter = 1 / stretch
     deviation = np.maximum(reaches.deviation, 1e-12) * stretch**GROWTH / problem.deviation
-    lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
-    return {
-        "size": np.maximum(1.0, reaches.size * shorter),
-        **lengths,
-        "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
-        "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
-        "travel": np.zeros(len(reaches)),
-        "transmission": reaches.min_transmission / 90,
+    values = {
         "deviation": deviation,
-        "uniformity": np.full(len(reaches), TYPICAL_UNIFORMITY),
         "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
     }
+    for row in RANKED:
+        if row.typical is not None:
+            values[row.criterion] = np.full(len(reaches), row.typical)
+        elif row.measure in reaches.stored:
+            value = in_costs(row, reaches[row.measure] * shorter if row.unit == LENGTH else reaches[row.measure] / 90)
+            values[row.criterion] = value if row.limit is None or not row.is_upper else np.maximum(row.limit, value)
+    return values
 
 
 def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]) -> Floats:
@@ -238,14 +233,14 @@ def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats
     broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATES + missing
     for row in SIZES:
         if (bound := getattr(bounds, row.name)) is not None:
-            over = excess(row, values[row.measure], bound)
+            over = excess(row, values[row.criterion], bound)
             broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
-    broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
+    broken += np.maximum(np.radians(bounds.min_transmission - reaches["min_transmission"]), 0.0)
     if bounds.full_rotation:
         broken += np.where(reaches.rotates > 0, 0.0, TURNS_NOT)
     for row in DRIVES:
         if row.unit == DEGREES and (bound := getattr(bounds, row.name)) is not None:
-            column = getattr(reaches, row.measure)
+            column = reaches[row.measure]
             over = np.maximum(np.radians(excess(row, column * stretch, bound)), 0)
             broken += np.where(np.isnan(column), UNKNOWN, over)
     return broken + _outside(problem, reaches, 1 / stretch)
@@ -291,8 +286,8 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
     order = order[np.sort(np.unique(reaches.guide[order], return_index=True)[1])]
     if skip is not None and len(skip):
         order = order[~np.isin(reaches.guide[order], skip)]
-    size = np.floor(np.log(reaches.size[order]) / CELL[0]).astype(int)
-    angle = np.floor(reaches.min_transmission[order] / 90 / CELL[1]).astype(int)
+    size = np.floor(np.log(reaches["size"][order]) / CELL[0]).astype(int)
+    angle = np.floor(reaches["min_transmission"][order] / 90 / CELL[1]).astype(int)
     series, family = reaches.series_number[order], reaches.family_number[order]
     repeated = ranks(series, family, size, angle)  # how many alike come before
     by = np.argsort(repeated, kind="stable")

@@ -77,7 +77,7 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
     links = [np.abs(z[:, 1, j] - z[:, 0, j]) for j in (0, 1)]
     arms = np.abs(z[:, :, 1] - point[:, None])
     longest = np.maximum(np.max(links, axis=0), arms.min(1))
-    most = min(b for b in (wanted.max_size, wanted.max_link, wanted.max_ground, LONGEST) if b is not None)
+    most = min(wanted.longest or LONGEST, LONGEST)
     good = np.flatnonzero((longest < LONGEST) & (arms.min(1) > SHORTEST) & (np.abs(z[:, 0, 1] - z[:, 0, 0]) > SHORTEST))
     best = good[np.lexsort((scatter[good], longest[good] > most))][:count]
     if not len(best):

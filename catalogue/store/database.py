@@ -19,6 +19,7 @@ from ..errors import DatabaseError, quoted
 from ..folders import expanded
 from ..kinematics.linkage import Linkage, faults
 from ..kinematics.types import Array, Floats
+from ..quantities import STORED
 from . import engine as files
 from . import seal
 from .engine import CATALOGUE, IMPOSSIBLE, Layout, bring_up_to_date, check_seal, database_errors, engine_for, unseal
@@ -31,26 +32,18 @@ _CHUNK = 50_000  # rows held as Python objects at a time
 LARGEST = 1.7e308
 #: Least and most of what is stored, by column; all other numbers are finite.
 _RANGES = {
-    **dict.fromkeys(("stroke", "half", "size", "smallest", "max_link", "min_link", "rho0"), (5e-324, 1e300)),
-    **dict.fromkeys(("deviation", "sweep", "max_ground", "max_arm"), (0, 1e300)),
+    **{name: (column.range.least, column.range.most) for name, column in STORED.items()},
+    **dict.fromkeys(("stroke", "half", "smallest", "rho0"), (5e-324, 1e300)),
+    **dict.fromkeys(("deviation", "sweep"), (0, 1e300)),
     **dict.fromkeys(("centre", "tangent_x", "tangent_y"), (-1.000000001, 1.000000001)),
-    **{"min_transmission": (0, 90), "level": (-12, -1), "rotates": (0, 3), "contact_order": (1, 99)},
-    **dict.fromkeys(("drive_angle", "rotation"), (0, 1e6)),
+    **{"level": (-12, -1), "rotates": (0, 3), "contact_order": (1, 99)},
     **dict.fromkeys(("x", "y", "curvature", "all_x0", "all_y0", "all_x1", "all_y1"), (-1e300, 1e300)),
     **dict.fromkeys(("inflections", "cover", "seed", "number"), (0, 2**53)),
 }
 #: Columns in which NULL is a value.
 _NULL = {
-    "max_link",
-    "min_link",
-    "max_ground",
-    "rho0",
-    "drive_angle",
-    "rotation",
-    "name",
-    "plugin",
-    "plugin_version",
-    "plan",
+    *(name for name, column in STORED.items() if column.is_nullable),
+    *("rho0", "name", "plugin", "plugin_version", "plan"),
 }
 _DTYPES = {bool: np.bool_, int: np.int64, float: np.float64, Decimal: np.float64}
 #: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y,

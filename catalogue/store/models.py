@@ -29,8 +29,9 @@ from sqlalchemy import (
     UniqueConstraint,
     select,
 )
-from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+from sqlalchemy.orm import DeclarativeBase, Mapped, MappedColumn, mapped_column
 
+from ..quantities import STORED, Stored
 from .database import PIVOT_NAMES
 
 Key = Annotated[int, mapped_column(primary_key=True)]
@@ -195,6 +196,10 @@ class Guide(Base):
     )
 
 
+def _measured(column: Stored) -> MappedColumn[Any]:
+    return mapped_column(REAL, nullable=column.is_nullable, comment=column.comment)
+
+
 class Reach(Base):
     """The longest stroke of a guide within a relative deviation of 10**level, with its measures.
 
@@ -216,16 +221,7 @@ class Reach(Base):
         comment="half the width of the narrowest strip or annulus that holds the path [stroke]"
     )
     sweep: Mapped[float] = mapped_column(comment="stroke times curvature of the circle that fits best; 0: a line")
-    size: Mapped[float] = mapped_column(comment="largest diameter of pivots, rails, slots and path [stroke]")
-    max_link: Mapped[float | None] = mapped_column(
-        comment="longest crank or coupler; NULL: no link joins pivots at finite distance [stroke]"
-    )
-    min_link: Mapped[float | None] = mapped_column(comment="shortest crank or coupler [stroke]")
-    max_ground: Mapped[float | None] = mapped_column(comment="distance of the fixed pivots [stroke]")
-    max_arm: Mapped[float] = mapped_column(comment="distance of the guided point from the nearer moving pivot [stroke]")
-    min_transmission: Mapped[float] = mapped_column(
-        comment="least transmission angle over the stroke, the better crank driving [deg]"
-    )
+    vars().update({name: _measured(column) for name, column in STORED.items() if column.range.check})
     rotates: Mapped[int] = mapped_column(comment="cranks that turn fully: 1 the first, 2 the second, 3 both, 0 none")
     fixed_x0: Mapped[float | None] = mapped_column(
         comment="box of the fixed pivots, left side; NULL: all are at infinity [stroke]"
@@ -237,12 +233,7 @@ class Reach(Base):
     all_y0: Mapped[float] = mapped_column(comment="its lower side [stroke]")
     all_x1: Mapped[float] = mapped_column(comment="its right side [stroke]")
     all_y1: Mapped[float] = mapped_column(comment="its upper side [stroke]")
-    drive_angle: Mapped[float | None] = mapped_column(
-        comment="angle of the better driving crank over the stroke; NULL: no crank, or not measured [deg]"
-    )
-    rotation: Mapped[float | None] = mapped_column(
-        comment="turn of the coupler over the stroke; NULL: not measured [deg]"
-    )
+    vars().update({name: _measured(column) for name, column in STORED.items() if not column.range.check})
 
     __table_args__ = (
         ForeignKeyConstraint(
@@ -255,12 +246,11 @@ class Reach(Base):
         CheckConstraint("half > 0 AND abs(centre) < 1", name="window"),
         CheckConstraint("deviation >= 0", name="deviation"),
         CheckConstraint("sweep >= 0 AND (kind IN ('line', 'slot', 'return-line')) = (sweep = 0)", name="sweep"),
-        CheckConstraint("size > 0", name="size"),
-        CheckConstraint("max_link > 0", name="max_link"),
-        CheckConstraint("min_link > 0", name="min_link"),
-        CheckConstraint("max_ground >= 0", name="max_ground"),
-        CheckConstraint("max_arm >= 0", name="max_arm"),
-        CheckConstraint("min_transmission BETWEEN 0 AND 90", name="min_transmission"),
+        *(
+            CheckConstraint(f"{name} {column.range.check}", name=name)
+            for name, column in STORED.items()
+            if column.range.check
+        ),
         CheckConstraint("rotates BETWEEN 0 AND 3", name="rotates"),
         # A box with some sides missing compares as NULL, which a CHECK lets pass: hence coalesce.
         CheckConstraint(
@@ -350,7 +340,7 @@ COLUMNS = (
     *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, *PIVOTS),
     *(Guide.x, Guide.y, Guide.kind, Guide.label, Guide.contact_order),
     *(Reach.level, Reach.half, Reach.centre, Reach.stroke, Reach.sweep, Reach.deviation),
-    *(Reach.size, Reach.max_link, Reach.max_ground, Reach.max_arm),
+    *(Reach.__table__.c[name] for name in STORED),
 )
 
 

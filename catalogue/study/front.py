@@ -10,10 +10,14 @@ from ..errors import InvalidRequest
 from ..find.candidate import Candidate
 from ..find.codes import code_of
 from ..markup import NOTHING, Markup, element
+from ..quantities import DEGREES, QUANTITIES, RANKED
+from ..units import LENGTH
 from .page import VALUES, answer_head, card, label, plain_words, standing_alone
 
 #: Columns of criteria that have another name there.
-COLUMNS = {"transmission": "min_transmission"}
+COLUMNS = {row.criterion: row.measure for row in RANKED if not row.scores_only and row.criterion != row.measure}
+#: Units of columns that are no lengths.
+_UNITS = {"score": ""} | {row.name: "°" if row.unit == DEGREES else "" for row in QUANTITIES if row.unit != LENGTH}
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,7 @@ def _value(one: Candidate, name: str) -> float:
 def _title(name: str, unit: str = "") -> str:
     column = COLUMNS.get(name, name)
     named = VALUES.get(column, plain_words(column).capitalize())
-    without = {"min_transmission": "°", "score": "", "uniformity": ""}
-    told = without.get(column, unit)
+    told = _UNITS.get(column, unit)
     return f"{named} [{told}]" if unit and told else named
 
 

@@ -24,6 +24,7 @@ from ..folders import replacing
 from ..given import several, whole
 from ..problem.forms import column_order, row_of
 from ..problem.problem import Request
+from ..quantities import QUANTITIES
 from ..store.digest import content_digest
 from . import task
 from .reading import grid, of_table, read
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
 #: Numbers of the best answer in the table.
 SHOWN = (
     *("family", "series", "configuration", "score", "size", "deviation", "min_transmission", "allowance"),
-    *("max_link", "min_link", "max_ground", "max_arm", "travel"),
+    *(row.name for row in QUANTITIES if row.in_study),
 )
 
 

@@ -13,6 +13,7 @@ from ..draw import moving_svg
 from ..draw.words import family
 from ..find.own_chain import ChainStretch
 from ..markup import Markup
+from ..quantities import LINKS
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -103,7 +104,8 @@ def drawing(one: Any) -> Markup:
 def numbers(one: Candidate) -> tuple[Number, ...]:
     """List the numbers of a card."""
     turning = "" if not one.rotates else ", crank " + " and ".join(map(str, one.rotates)) + " turns fully"
-    links = "–" if one.max_link is None else f"{figure(one.min_link)} – {figure(one.max_link)}"
+    ends = [getattr(one, name) for name in LINKS]
+    links = "–" if None in ends else " – ".join(map(figure, ends))
     shown = [
         Number(
             "Deviation",

@@ -28,8 +28,9 @@ from ..find.own_chain import ChainStretch, OwnChain
 from ..find.own_guide import OwnGuide
 from ..find.specimens import stretch_of
 from ..markup import NOTHING, Markup
+from ..quantities import DEGREES, QUANTITIES, RATIO
 from ..series.named_guides import named_guide
-from ..units import ASSUMED
+from ..units import ASSUMED, LENGTH
 from .asked import in_words, opened
 from .cards import RISING, Card, Number, card, chain_card, contact, coordinate, figure, mechanism, words
 from .charts import charts
@@ -223,11 +224,11 @@ COMPARED = (*RISING, "Travel", "Expected", "Sensitivity rms")
 
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     """List the measured numbers that the card leaves out."""
-    degrees = ("drive_angle", "rotation", "min_transmission_turn")
-    lengths = ("max_ground", "max_arm", "travel", "expected")
-    plain = ("uniformity", "advantage", "time_ratio", "sensitivity_rms", "drift", "gap", "score")
+    rows = sorted((row for row in QUANTITIES if row.page), key=lambda row: row.page)
+    more = {LENGTH: ("expected",), DEGREES: (), RATIO: ("sensitivity_rms", "drift", "gap", "score")}
     shown = [Number("Stroke", figure(one.stroke, 6), "length")]
-    for names, unit in ((lengths, "length"), (degrees, "°"), (plain, "")):
+    for kind, unit in ((LENGTH, "length"), (DEGREES, "°"), (RATIO, "")):
+        names = [*(row.name for row in rows if row.unit == kind), *more[kind]]
         values = ((name, getattr(one, name)) for name in names)
         shown += [
             Number(words(name), figure(value), unit, value=value if words(name) in COMPARED else None)

@@ -16,9 +16,9 @@ from ..api import Catalogue
 from ..errors import CatalogueError, InvalidRequest, quoted, shortened
 from ..find.codes import is_code
 from ..find.names import SINGULAR
-from ..problem.bounds import DRIVE, LENGTHS, TRANSMISSIONS
 from ..problem.constraints import PRESCRIBED, REGIONS, Constraints
 from ..problem.problem import Request
+from ..quantities import DRIVE, LENGTHS, TRANSMISSIONS
 from ..units import ASSUMED, MILLIMETRES
 
 if TYPE_CHECKING:

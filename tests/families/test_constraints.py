@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, Constraints, InvalidRequest, StraightLine
-from catalogue.problem.bounds import BOUNDS, DEGREES
+from catalogue.quantities import BOUNDS, DEGREES
 from tests.families.conftest import LINE, REGISTRY, ROWS
 from tests.families.moved import Moved
 
@@ -80,16 +80,16 @@ def test_a_bound_is_kept(families: Catalogue, name: str, family: str, bound: str
     value = float(np.median(there))
     if value <= 0:  # nothing slides, or turns
         value = 1.0
-    if row.unit == DEGREES and not row.upper:
+    if row.unit == DEGREES and not row.is_upper:
         value = min(value, 89.0)
     how: dict[str, Any] = {"families": [family], "limit": 2, "quiet": True, bound: value}
     found = families.find_in(name, LINE, **how)
-    wanted = [one for one in there if (one <= value if row.upper else one >= value)]
+    wanted = [one for one in there if (one <= value if row.is_upper else one >= value)]
     assert bool(found) or not wanted
     for answer in found:
         measured = Moved.of(answer).measures().get(row.measure, 0.0)
         slack = CLOSE.get(row.measure, 2e-3) * (1 + abs(value))
-        assert measured <= value + slack if row.upper else measured >= value - slack
+        assert measured <= value + slack if row.is_upper else measured >= value - slack
 
 
 @pytest.mark.slow

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from catalogue import InvalidRequest
-from catalogue.problem.bounds import DRIVE, LENGTHS
 from catalogue.problem.constraints import Constraints
+from catalogue.quantities import DRIVE, LENGTHS
 
 NUMBERS = [
     (math.nan, "finite number above zero, not nan"),

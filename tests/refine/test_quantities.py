@@ -20,12 +20,12 @@ from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.guidance.slides import slide_ends, slide_runs
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
-from catalogue.problem.bounds import DRIVE
 from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
+from catalogue.quantities import DRIVE, TRANSMISSIONS
 from catalogue.refine.driving import Driving
 from catalogue.refine.quantities import NONE, Pieces, Quantities, outside, own_slope
-from catalogue.refine.subproblem import TRANSMISSION, PivotCoordinates, linearise
+from catalogue.refine.subproblem import PivotCoordinates, linearise
 from tests.refine.starts import problem_of, started
 
 STEP = 1e-6
@@ -52,6 +52,10 @@ WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
 #: Bounds on how guides are driven, which hardly any guide meets.
 DRIVEN: Any = {"min_drive_angle": 300, "max_drive_angle": 1, "max_rotation": 1, "min_uniformity": 0.999,
                "min_advantage": 9}  # fmt: skip
+
+
+#: Bounds that pieces have in right angles, violations in radians.
+RIGHT_ANGLES = {row.name for row in TRANSMISSIONS}
 
 
 def _pieces(read: Quantities, name: str) -> Pieces:
@@ -272,7 +276,7 @@ def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
 
     def turned(some: Linkage, driver: Array) -> Pieces:
         found: Any = _Bare(some.inverted() if slots else some, np.zeros(len(some), complex), driver)
-        return Quantities.of(problem, found, none, none)("transmission_turn")
+        return Quantities.of(problem, found, none, none)("min_transmission_turn")
 
     margin = rotation_margin(linkage)
     driver = np.where(np.nan_to_num(margin[:, 0], nan=-1) > 0, 1, 2)
@@ -323,7 +327,7 @@ def test_a_limit_is_broken_by_as_much_as_is_measured(small: Catalogue, wanted: d
     rows = linearise(problem, found, found.curve, PivotCoordinates()).limits
     measured = feasibility(problem, found, signed=True).amounts
     for name in wanted:
-        value = rows[name].value.max(1) * (np.pi / 2 if name in TRANSMISSION else 1)
+        value = rows[name].value.max(1) * (np.pi / 2 if name in RIGHT_ANGLES else 1)
         there = measured[name] < 0.99
         assert there.sum() > 10
         np.testing.assert_allclose(value[there], measured[name][there], atol=1e-7)

@@ -77,11 +77,11 @@ def test_a_guide_that_meets_the_constraint_has_no_penalty(
     if name == "full_rotation":
         holds = reaches.rotates > 0
     elif name == "min_transmission":
-        holds = reaches.min_transmission >= value
+        holds = reaches["min_transmission"] >= value
     elif name == "max_size":
-        holds = np.maximum(reaches.size / stretch, 1.0) <= value
+        holds = np.maximum(reaches["size"] / stretch, 1.0) <= value
     else:
-        length = getattr(reaches, name.replace("min_ground", "max_ground")) / stretch
+        length = reaches[name.replace("min_ground", "max_ground")] / stretch
         holds = np.isnan(length) | (length <= value if name.startswith("max") else length >= value)
     assert 0 < holds.sum() < len(holds)
     assert (merit[holds] == free[holds]).all()
@@ -94,7 +94,7 @@ def test_who_misses_a_bound_on_an_angle_by_more_has_the_larger_penalty(small: Ca
     reaches = stored_reaches(plain, small.database)
     (free, stretch), (merit, _) = estimate(plain, reaches), estimate(wanted, reaches)
     ((name, value),) = bound.items()
-    angle = getattr(reaches, name[4:]) * stretch
+    angle = reaches[name[4:]] * stretch
     over = np.where(name[:3] == "min", value - angle, angle - value)
     known, broken = np.isfinite(over), over > 0
     assert 0 < broken.sum() < known.sum()
@@ -136,9 +136,9 @@ def test_an_estimate_is_near_what_is_measured(small: Catalogue, request_: Any) -
     there = np.isfinite(laid.deviation)
     assert there.mean() > 0.9
     assert laid.origin.id.tolist() == reaches.guide[chosen].tolist()
-    size = np.maximum(reaches.size / stretch, 1)[chosen] / laid.measures.size
+    size = np.maximum(reaches["size"] / stretch, 1)[chosen] / laid.measures.size
     assert np.median(np.abs(size[there] - 1)) < 0.05
-    angle = reaches.min_transmission[chosen] - laid.measures.min_transmission
+    angle = reaches["min_transmission"][chosen] - laid.measures.min_transmission
     assert np.median(np.abs(angle[there])) < 6
     assert (laid.deviation[there] < 1e-3).mean() > 0.5
 
@@ -152,8 +152,10 @@ def test_what_is_laid_unstretched_is_what_is_stored(small: Catalogue, request_: 
     laid = candidates_of(problem, small.database, reaches, some, np.ones(len(some)))
     there = np.isfinite(laid.deviation)
     assert there.mean() > 0.95
-    np.testing.assert_allclose(laid.measures.size[there], reaches.size[some][there], rtol=0.01)
-    np.testing.assert_allclose(laid.measures.min_transmission[there], reaches.min_transmission[some][there], atol=0.5)
+    np.testing.assert_allclose(laid.measures.size[there], reaches["size"][some][there], rtol=0.01)
+    np.testing.assert_allclose(
+        laid.measures.min_transmission[there], reaches["min_transmission"][some][there], atol=0.5
+    )
     assert (laid.deviation[there] <= 10.0 ** reaches.level[some][there]).all()
 
 
