@@ -194,6 +194,9 @@ def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list
     for end, far, tangent in zip((run.low, run.high), (run.low - half, run.high + half), tangents, strict=True):
         if run.circuit.kind[0] == OPEN:
             far = min(max(far, 0.0), float(run.circuit.period[0]))
+        if far == end:  # the stroke ends where the circuit does
+            tails.append(run.path(np.array([end])))
+            continue
         far = replace(run, low=end, high=far).until(tangent, more)
         tail = replace(run, low=end, high=far)
         z = tail.path(tail.polyline())
