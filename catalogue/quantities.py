@@ -41,6 +41,7 @@ class Bound(NamedTuple):
     limit: float | None = None  #: value that no guide improves on [strokes, right angles]
     typical: float | None = None  #: value taken of stored guides, where it is not stored
     is_of_links: bool = False  #: whether it bounds every crank, the coupler and the ground
+    needs_crank: bool = False  #: whether only a guide with a crank can meet it
     needs_turn: bool = False  #: whether only a guide whose driving crank turns fully can meet it
     piece: str = ""  #: name in the refinement: the criterion, else the quantity
     measure: str = ""  #: name of the quantity
@@ -201,8 +202,8 @@ QUANTITIES = (
     .at_least("min_lift", "Minimum lift of the point off its path on the return, as of a walking leg.", needs_turn=True)
     .shown(18, sheet=(6, "lift on the return")),
     Quantity("drive_angle", DEGREES, DRIVE_METRICS, "rotation of the driving crank over the stroke")
-    .at_least("min_drive_angle")
-    .at_most("max_drive_angle")
+    .at_least("min_drive_angle", needs_crank=True)
+    .at_most("max_drive_angle", needs_crank=True)
     .stored_as(TURN, "angle of the better driving crank over the stroke; NULL: no crank, or not measured [deg]")
     .shown(10, sheet=(9, "rotation of the drive"), page=4),
     Quantity(
@@ -217,7 +218,11 @@ QUANTITIES = (
     .stored_as(TURN, "turn of the coupler over the stroke; NULL: not measured [deg]")
     .shown(14, sheet=(10, "rotation of the coupler"), page=5),
     Quantity("uniformity", RATIO, DRIVE_METRICS, "lowest over highest speed along the path at constant crank speed")
-    .at_least("min_uniformity", "Minimum ratio of lowest to highest speed along the path at constant crank speed.")
+    .at_least(
+        "min_uniformity",
+        "Minimum ratio of lowest to highest speed along the path at constant crank speed.",
+        needs_crank=True,
+    )
     .ranked("uniformity", limit=1.0, typical=0.6)  # starts are told apart by what they break
     .shown(12, sheet=(12, "min. over max. speed"), page=7),
     Quantity(
@@ -226,7 +231,11 @@ QUANTITIES = (
         DRIVE_METRICS,
         "minimum force along the path over force at the crank pin, without friction",
     )
-    .at_least("min_advantage", "Minimum mechanical advantage: force along the path over force at the crank pin.")
+    .at_least(
+        "min_advantage",
+        "Minimum mechanical advantage: force along the path over force at the crank pin.",
+        needs_crank=True,
+    )
     .shown(13, sheet=(11, "min. mechanical advantage"), page=8),
 )
 

@@ -36,10 +36,10 @@ from ..problem.region import FAR, Region
 from ..quantities import BOUNDS, LENGTHS
 from ..refine.sqp import Refinement
 from ..search.search import Search
-from ..search.starts import SearchReport
+from ..search.starts import SORTS, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
-from .names import EMPTY, option
+from .names import EMPTY, contradiction, option
 
 if TYPE_CHECKING:
     from ..series.series import Series
@@ -162,16 +162,12 @@ class Explanation:
 
     def _nothing(self) -> str:
         wanted = self.problem.constraints
-        if wanted.given == "crank" and not reaches(wanted.places, self.problem.path):
-            return (
-                "no guide found: this crank with its arm to the point is too short for the path, or in line with the "
-                "arm in mid-stroke; lengthen or move it"
-            )
+        if against := contradiction(wanted):
+            name, lacking = against
+            which = " or ".join(wanted.families)
+            return f"no guide found: no {which} has {lacking}, which {option(name)} asks for; leave one of them out"
         if wanted.given:
-            return (
-                "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
-                "tolerance (--within)"
-            )
+            return self._nothing_in_place()
         if self.problem.is_wide:
             return (
                 "no guide found: none is stored along an arc near a half circle or beyond; guides are made to measure "
@@ -179,6 +175,12 @@ class Explanation:
             )
         if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
+        if self.report.eligible:
+            bounds = [option(name) for name in wanted.active() if name not in SORTS]
+            return (
+                f"no guide found: none of {self.report.eligible} stored reaches meets {', '.join(bounds) or 'this'} as "
+                "it is; leave --no-refine out"
+            )
         sorts = ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
         names = [_with_value(name, getattr(wanted, name)) for name in sorts if getattr(wanted, name)]
         if not names:
@@ -187,6 +189,23 @@ class Explanation:
             )
         remedy = "leave it out" if len(names) == 1 else "leave one of them out"
         return f"no guide found: none is stored for {' with '.join(names)} and such a path; {remedy}"
+
+    def _nothing_in_place(self) -> str:
+        wanted = self.problem.constraints
+        if wanted.given == "crank" and not reaches(wanted.places, self.problem.path):
+            return (
+                "no guide found: this crank with its arm to the point is too short for the path, or in line with the "
+                "arm in mid-stroke; lengthen or move it"
+            )
+        if wanted.families and "four-bar" not in wanted.families:
+            return (
+                f"no guide found: with pivots given, a {' or '.join(wanted.families)} comes from a series in closed "
+                "form alone, and none of them fits; ask for a four-bar, or leave the pivots free"
+            )
+        return (
+            "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
+            "tolerance (--within)"
+        )
 
     def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
         """Compute relaxations of single constraints, else of pairs, that give an answer.

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 
 from ..errors import InvalidRequest, quoted, shortened
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
-from ..kinematics.linkage import SLIDING
+from ..kinematics.linkage import FAMILIES, PR, RP, RR, SLIDING
 from ..problem.constraints import Constraints
+from ..quantities import BOUNDS
 from ..store import Database
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
@@ -31,6 +32,8 @@ def check_names(database: Database, constraints: Constraints) -> None:
         column = {singular: str}
         for code in getattr(constraints, name):
             if not len(database.plain(column, f"FROM mechanism WHERE {singular} = ? LIMIT 1", [code])[singular]):
+                if name == "families":
+                    _refuse_of_collection(database, code)
                 names = set(database.plain(column, "FROM mechanism")[singular])
                 held = sorted(shortened(known, LONGEST) for known in names)
                 if not held:
@@ -39,6 +42,29 @@ def check_names(database: Database, constraints: Constraints) -> None:
                     f"the database holds no {singular} {quoted(code)}; it holds {', '.join(held)}. "
                     f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"
                 )
+
+
+def _refuse_of_collection(database: Database, family: str) -> None:
+    """Refuse a family of mechanisms of another kind, with the way to search it."""
+    found = database.plain({"collection": str}, "FROM specimens WHERE family = ? LIMIT 1", [family])["collection"]
+    if len(found):
+        raise InvalidRequest(
+            f"{quoted(family)} is a family of the collection {found[0]}: search it with --collection {found[0]}"
+        )
+
+
+def contradiction(wanted: Constraints) -> tuple[str, str] | None:
+    """Return a constraint and what the requested families lack for it; None without any."""
+    dyads = [FAMILIES[name] for name in wanted.families if name in FAMILIES]
+    if len(dyads) < max(len(wanted.families), 1):
+        return None
+    lacking = {"two dyads of pins": ["pins_only"] if all(pair != (RR, RR) for pair in dyads) else []}
+    lacking["two fixed pivots at finite distance"] = ["fixed_pivots"] if all(PR in pair for pair in dyads) else []
+    lacking["two moving pivots at finite distance"] = ["moving_pivots"] if all(RP in pair for pair in dyads) else []
+    bounds = [row.name for row in BOUNDS.values() if row.needs_crank or row.needs_turn]
+    lacking["a crank"] = [] if any(RR in pair for pair in dyads) else ["crank", *bounds, "full_rotation"]
+    found = ((name, what) for what, names in lacking.items() for name in names if getattr(wanted, name))
+    return next(found, None)
 
 
 def check_kinds(kinds: Iterable[str]) -> None:

@@ -155,15 +155,42 @@ def test_the_deviation_that_is_advised_is_little_more_than_is_needed(ask: Ask) -
 @pytest.mark.parametrize(
     ("request_", "wanted", "says"),
     [
-        (LINE, {"families": ["elliptic-trammel"], "pins_only": True}, "--family elliptic-trammel with --pins-only"),
+        (LINE, {"families": ["elliptic-trammel"], "slots": True}, "--family elliptic-trammel with --slots"),
         (LINE, {"series": ["IV.l"], "order": 30}, "--series IV.l with --order 30"),
-        (CircularArc(1, 0.01, 2), {"families": ["oldham"], "pins_only": True}, "--family oldham with --pins-only"),
+        (CircularArc(1, 0.01, 2), {"families": ["oldham"], "returns": True}, "--family oldham with --returns"),
     ],
     ids=str,
 )
 def test_what_the_catalogue_does_not_hold_is_said(ask: Ask, request_: Any, wanted: dict[str, Any], says: str) -> None:
     told = ask(request_, **wanted).explain()
     assert f"no guide found: none is stored for {says} and such a path; leave one of them out" in told
+
+
+@pytest.mark.parametrize(
+    ("wanted", "says"),
+    [
+        ({"families": ["elliptic-trammel"], "pins_only": True}, "no elliptic-trammel has two dyads of pins"),
+        (
+            {"families": ["oldham", "elliptic-trammel"], "full_rotation": True},
+            "no oldham or elliptic-trammel has a crank",
+        ),
+        ({"families": ["elliptic-trammel"], "min_advantage": 1}, "no elliptic-trammel has a crank"),
+        (
+            {"families": ["slider-crank"], "fixed_pivots": (0, 0.5, 1, 1)},
+            "no slider-crank has two fixed pivots at finite distance",
+        ),
+    ],
+    ids=str,
+)
+def test_what_no_family_has_is_said(ask: Ask, wanted: dict[str, Any], says: str) -> None:
+    constraint = [*wanted][-1].replace("_", "-")
+    told = ask(LINE, refine=False, **wanted).explain()
+    assert f"no guide found: {says}, which --{constraint} asks for; leave one of them out" in told
+
+
+def test_of_guides_as_they_are_stored_the_bound_is_named(ask: Ask) -> None:
+    told = ask(LINE, refine=False, families=["elliptic-trammel"], max_travel=1e-3).explain()
+    assert re.search(r"none of \d+ stored reaches meets --max-travel as it is; leave --no-refine out", told)
 
 
 @pytest.mark.slow
