@@ -16,7 +16,7 @@ from .tables import Tabled, print_records, print_table, tell
 #: Columns of the table, and what they mean.
 TABLE = ("series", "family", "configuration", "dimension", "mechanisms", "guides", "named", "smallest", "remark")
 COLUMNS = {
-    "series": Column("series", "", "code of the series", right=False),
+    "series": Column("series", "", "code of the series, or name of a collection", right=False),
     "family": Column("family", "", "which dyads, such as four-bar", right=False),
     "configuration": Column("conf.", "", "where the pivots stand: letters of the dyads", right=False),
     "dimension": Column("dim.", "", "number of free parameters of its largest member, up to similarity"),

@@ -16,7 +16,7 @@ from ..kinematics.types import Array
 from ..plugin.registry import Registry
 from ..series.sampling import in_proportion
 from ..series.series import Member, Series
-from ..store import Batch, Database, Guide, Mechanism, Reach
+from ..store import Batch, Database, Guide, Mechanism, Reach, SpecimenRow
 
 #: Sampled points of a member's domain: enough to hit configurations of 0.2 % of it.
 LOOK = 2048
@@ -39,9 +39,9 @@ LETTER_COUNT = 48
 
 @dataclass(frozen=True)
 class Cell:
-    """One series in one family and configuration."""
+    """One series in one family and configuration, or a family of a collection."""
 
-    series: str
+    series: str  #: code of the series, or name of the collection
     family: str
     configuration: str
     dimension: int  #: number of free parameters of its largest member, up to similarity
@@ -53,7 +53,7 @@ class Cell:
 
 
 def census(database: Database, registry: Registry) -> list[Cell]:
-    """Count the cells of all registered series, in their order."""
+    """Count the cells of all registered series, in their order, and families of collections."""
     database.check()
     held = _held(database)
     built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
@@ -83,7 +83,8 @@ def census(database: Database, registry: Registry) -> list[Cell]:
     cells += [Cell(*key, 0, *of, "no plugin brings this series") for key, of in unknown.items()]
     named = _named(database)
     cells = [replace(c, named=named.pop((c.series, c.family, c.configuration), 0)) for c in cells]
-    return cells + [Cell(*key, 0, 0, 0, {}, "named guides alone", number) for key, number in named.items()]
+    cells += [Cell(*key, 0, 0, 0, {}, "named guides alone", number) for key, number in named.items()]
+    return cells + _specimens(database)
 
 
 def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
@@ -129,6 +130,14 @@ def _named(database: Database) -> dict[tuple[str, str, str], int]:
         .group_by(*place)
     )
     return {tuple(key): int(number) for *key, number in zip(*found.values(), strict=True)}
+
+
+def _specimens(database: Database) -> list[Cell]:
+    """Count the stored mechanisms of collections by family; each guides one point."""
+    place = (SpecimenRow.collection, SpecimenRow.family)
+    found = database.read(select(*place, func.count().label("number")).group_by(*place).order_by(*place))
+    rows = zip(*found.values(), strict=True)
+    return [Cell(collection, family, "", 0, int(n), int(n), {}, "") for collection, family, n in rows]
 
 
 def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
