@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from shutil import copyfile
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
 import catalogue
 from catalogue import Catalogue, StraightLine
 from catalogue.find import specimens
+from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
 from catalogue.populate import collect
 
@@ -27,6 +30,8 @@ ROWS = [
 ]
 #: Path of all requests [mm]: a tolerance that many random mechanisms meet.
 LINE = StraightLine(100, 2, unit="mm")
+#: Length of the paths of random linkages of two dyads, of size about 1.
+STROKE = 0.6
 #: Mechanisms drawn together: of each family one block.
 BLOCK = 24
 
@@ -52,6 +57,30 @@ def families(families_db: Path) -> Iterator[Catalogue]:
         patch.setattr(Catalogue, "find", lambda *_, **__: ())
         patch.setattr(specimens, "VERIFY", specimens.VERIFY._replace(batch=4, batches=4))
         yield opened
+
+
+@pytest.fixture(scope="session")
+def stretches(random_linkages: Callable[..., Linkage]) -> Callable[[str], list[Any]]:
+    """Return a maker of the straightest stretches of random linkages of two dyads."""
+
+    @cache
+    def measured(family: str) -> list[Any]:
+        pivots = random_linkages(family, 24, 3).pivots.tolist()
+        every = catalogue.measure([catalogue.guide(one, (0.7, 0.4), unit="mm") for one in pivots], stroke=STROKE)
+        return [one for one in every if one.deviation < 0.02 and one.min_transmission > 15][:4]
+
+    return measured
+
+
+@pytest.fixture
+def solids(monkeypatch: pytest.MonkeyPatch) -> Callable[[Any], list[str]]:
+    """Return an exporter to STEP that lists the solids; its kernel is seldom installed."""
+    cad = MagicMock()
+    cad.Solid.extrude.side_effect = lambda *_: MagicMock(moved=lambda _: MagicMock())
+    cad.export_step = lambda whole, file, **_: Path(file).write_text("\n".join(whole), "utf-8")
+    cad.Compound = lambda label, children: [label, *(str(child.label) for child in children)]
+    monkeypatch.setitem(sys.modules, "build123d", cad)
+    return lambda guide: str(guide.export(format="step")).splitlines()[1:]
 
 
 @pytest.fixture(scope="module")

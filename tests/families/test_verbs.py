@@ -5,32 +5,43 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from catalogue import CatalogueError, StraightLine, mechanism
+import catalogue
+from catalogue import Catalogue, CatalogueError, Constraints, InvalidRequest, StraightLine, Study, mechanism
 from catalogue.collections.results import CollectionCandidate
 from catalogue.draw import moving_svg
 from catalogue.export.formats import FORMATS
 from catalogue.export.write import TWO_DYADS
 from catalogue.find import improve_chain
 from catalogue.find.answers import recall, remember
+from catalogue.find.census import census
+from catalogue.find.names import check_names
 from catalogue.find.specimens import stretch_of
 from catalogue.web import guides
 from tests.families.conftest import REGISTRY, ROWS
 
 pytestmark = pytest.mark.slow
 PLANAR = [(name, family) for name, family in ROWS if REGISTRY.collection(name).mechanism is not None]
+#: The first family of each collection.
+FIRST = [*{name: (name, family) for name, family in reversed(PLANAR)}.values()]
 planar = pytest.mark.parametrize(("name", "family"), PLANAR, ids=[family for _, family in PLANAR])
 
 
+@pytest.fixture(scope="module")
+def own_of(answers_of: Callable[..., Any]) -> Callable[[str, str], Any]:
+    """Return a maker of the first answer of a row as a mechanism."""
+    return cache(lambda name, family: mechanism(answers_of(name, family)[0]))
+
+
 @pytest.fixture
-def own(answers_of: Callable[..., Any], name: str, family: str) -> Any:
+def own(own_of: Callable[[str, str], Any], name: str, family: str) -> Any:
     """Return the first answer of a row as a mechanism."""
-    return mechanism(answers_of(name, family)[0])
+    return own_of(name, family)
 
 
 @planar
@@ -85,14 +96,42 @@ def test_a_film_is_drawn(own: Any, tmp_path: Path) -> None:
 
 
 @planar
-@pytest.mark.parametrize("kind", [kind for kind in FORMATS if kind not in ("step", "xlsx", "parquet")])
-def test_each_format_is_written_or_refused(own: Any, kind: str) -> None:
-    if kind in TWO_DYADS:
-        with pytest.raises(CatalogueError, match=kind) as told:
-            own.export(format=kind)
-        assert "\n" not in str(told.value)
-        return
-    assert len(own.export(format=kind)) > 100
+def test_each_format_is_written_or_refused(own: Any, solids: Callable[[Any], list[str]]) -> None:
+    for kind in FORMATS:
+        if kind in TWO_DYADS:
+            with pytest.raises(CatalogueError, match=kind) as told:
+                own.export(format=kind)
+            assert "\n" not in str(told.value)
+        elif kind == "step":
+            assert len({*solids(own)}) >= len(own.bars)
+        else:
+            assert len(own.export(format=kind)) > 100
+
+
+@pytest.mark.parametrize(("name", "family"), FIRST, ids=[name for name, _ in FIRST])
+def test_a_sheet_is_printed(own: Any, tmp_path: Path) -> None:
+    own.sheet(tmp_path / "sheet.pdf")
+    assert (tmp_path / "sheet.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_census_counts_every_family(families: Catalogue) -> None:
+    cells = {(cell.series, cell.family): cell for cell in census(families.database, families.registry)}
+    for row in PLANAR:
+        assert cells[row].mechanisms == cells[row].guides > 0
+
+
+@planar
+def test_a_request_for_guides_says_where_the_family_is(families: Catalogue, name: str, family: str) -> None:
+    with pytest.raises(InvalidRequest, match=f"'{family}' is a family of the collection {name}: search it with"):
+        check_names(families.database, Constraints(families=[family]))
+
+
+def test_a_study_has_a_row_for_a_family_of_many_bars(families_db: Path) -> None:
+    base = {"stroke": 100, "deviation": 2, "limit": 1, "refine": False}
+    with catalogue.open(families_db, build=False) as opened:
+        study = Study.grid(base, families=[[family] for _, family in FIRST]).run(opened, engine="serial")
+    for (name, family), reason in zip(FIRST, study.to_pandas()["reason"], strict=True):
+        assert reason == f"'{family}' is a family of the collection {name}: search it with --collection {name}"
 
 
 @planar
@@ -121,8 +160,7 @@ def test_the_page_shows_it(
 
 def test_an_answer_in_space_is_refused_by_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
     collection = REGISTRY.collection("spatial-guidance")
-    specimen = collection.draw("II", np.random.default_rng(1), 4)[0]
-    made = CollectionCandidate(1, collection, "II", "x", "x", (), 1.0, 0.1, None, {}, specimen.parameters)
+    made = CollectionCandidate(1, collection, "II", "x", "x", (), 1.0, 0.1, None, {}, {})
     monkeypatch.setattr(guides, "opened", lambda: type("Opened", (), {"registry": REGISTRY}))
     monkeypatch.setattr(guides, "recall", lambda *_: made)
     with pytest.raises(CatalogueError, match="abcdefg is no planar guide"):
