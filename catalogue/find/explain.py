@@ -175,11 +175,12 @@ class Explanation:
             )
         if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
-        if self.report.eligible:
+        if self.report.eligible and not self.report.refined:
             bounds = [option(name) for name in wanted.active() if name not in SORTS]
+            remedy = "relax a bound" if wanted.returns else "leave --no-refine out"
             return (
                 f"no guide found: none of {self.report.eligible} stored reaches meets {', '.join(bounds) or 'this'} as "
-                "it is; leave --no-refine out"
+                f"it is; {remedy}"
             )
         sorts = ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
         names = [_with_value(name, getattr(wanted, name)) for name in sorts if getattr(wanted, name)]
