@@ -1,6 +1,6 @@
 """Trace, fit, place and measure guides on their finite motion.
 
-Nothing here knows of a request or a database.
+This room is independent of requests and the database.
 
 `coupler_curve` holds the motion of a point, `trace` measures its path over a window, `minimum_zone`
 and `cusped_zone` its deviation; `placement` carries it to where it is wanted, `metrics`, `drive`,

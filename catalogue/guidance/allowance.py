@@ -1,22 +1,22 @@
 """The allowance: the scatter of the pivots at which 95 % of paths stay within tolerance.
 
-Where the coordinates of the finite pivots and of the guided point are off by s c, c (10,)
-independent standard normal numbers, the distance from the nominal at a station becomes e + s G c to
-first order (`pose_jacobian`).  The nominal is placed anew, as for the deviation.  By de la
+Let the errors of the coordinates of the finite pivots and of the guided point be s c, with c (10,)
+independent standard normal numbers. The distance from the nominal at a station is then e + s G c to
+first order (`pose_jacobian`). The nominal is fitted again, as for the deviation.  By de la
 Vallee-Poussin the half width of the zone is then
 
     max over references of  |L . (e + s G c)|,   sum |L| = 1,
 
-where a reference is as many stations as the nominal has coordinates, and one more, and its weights
-L are orthogonal to what moves of the nominal do there.  So along a direction c = r u the path stays
-within a tolerance A while
+where a reference is a set of stations, one more than the nominal has coordinates. Its weights L are
+orthogonal to the displacements there by moves of the nominal. So along a direction c = r u the path
+stays within a tolerance A while
 
     s r <= R(u),   1 / R(u) = max over references and signs of  L . G u / (A - L . e).
 
 With r chi distributed the allowance is the s at which the mean over directions u of P(r > R(u) / s)
-is 5 per cent. Paths answer in two or three directions, nearly all in four: there r has four degrees
-of freedom, P(r > y) = exp(-x) (1 + x), x = y^2 / 2, and the directions are the 120 vertices of the
-600-cell, which integrate polynomials to degree 11.
+is 5 per cent. Paths respond to two or three directions of the scatter, nearly all to at most four.
+In these r has four degrees of freedom, P(r > y) = exp(-x) (1 + x), x = y^2 / 2, and the directions
+are the 120 vertices of the 600-cell, which integrate polynomials to degree 11.
 """
 
 from __future__ import annotations
@@ -39,36 +39,37 @@ from .minimum_zone import concentric, grid, polar, seen
 from .sensitivity import COUNT, pose_jacobian, ways
 from .trace import Traced
 
-#: Probability with which a path stays within its tolerance over the whole stroke, at pivots that
-#: scatter by the allowance: two standard deviations of a normal number.
+#: Probability with which a path stays within its tolerance over the whole stroke, when the pivots
+#: scatter by the allowance: that of two standard deviations of a normal variable.
 PROBABILITY = 0.95
 
 
 class AllowanceOptions(NamedTuple):
-    """Grids and limits of the allowance; `rough` ones are those of a search."""
+    """Grids and limits of the allowance; fields named `rough` apply in a search."""
 
-    #: Intervals between the Chebyshev points of the stroke in a search: the probability is known
-    #: to 3 %.
+    #: Number of intervals between the Chebyshev points of the stroke in a search: the error of the
+    #: probability is 3 %.
     rough_intervals: int = 8
-    intervals: int = 20  #: The intervals for what is shown and bounded: it is known to 1 %.
-    #: The intervals where the radius is sought too: references are four stations then, and many
-    #: more; 1 % again.
+    intervals: int = 20  #: number of intervals for display and constraints: the error is 1 %
+    #: Number of intervals where the radius is fitted too. References then have four stations and
+    #: are many more; the error is again 1 %.
     arc_intervals: int = 16
-    #: Strictest references that a search looks at in all directions. An answer takes all: where
-    #: the deviation nearly fills the tolerance hundreds are as strict, and 64 left 2.5 % open.
+    #: Number of strictest references that a search evaluates in all directions. An answer evaluates
+    #: all: where the deviation nearly fills the tolerance hundreds are equally strict, and 64 gave
+    #: an error of 2.5 %.
     rough_references: int = 24
-    #: Simulated machines, to first order, along wide arcs in a search: the probability is known to
-    #: 1 %.
+    #: Number of simulated machines, to first order, along wide arcs in a search: the error of the
+    #: probability is 1 %.
     rough_draws: int = 500
-    draws: int = 4000  #: Simulated machines for an answer: it is known to 0.3 %.
-    rough_drawn: int = 64  #: references evaluated for these in a search
-    #: References evaluated for an answer: more change the probability by less than 0.1 %.
+    draws: int = 4000  #: number of simulated machines for an answer: the error is 0.3 %
+    rough_drawn: int = 64  #: number of references evaluated for these machines in a search
+    #: Number of references evaluated for an answer: more change the probability by less than 0.1 %.
     drawn: int = 512
     #: Least excess of the tolerance over the deviation [deviations]. Below it the allowance is
     #: proportional to the excess, and negative where there is none.
     least_left: float = 1e-3
-    steps: int = 12  #: Newton steps to the standard deviation, which leave 1e-9 of it open.
-    tolerance_steps: int = 8  #: fixed-point steps from the standard deviation to the tolerance
+    steps: int = 12  #: number of Newton steps for the standard deviation: their error is 1e-9
+    tolerance_steps: int = 8  #: number of fixed-point steps from the standard deviation to the tolerance
     #: Largest allowance [shortest links]: beyond it distances are not proportional to the scatter,
     #: and linkages that no longer close become frequent. There the path keeps its tolerance with a
     #: higher probability.
@@ -77,19 +78,19 @@ class AllowanceOptions(NamedTuple):
 
 ALLOWANCE = AllowanceOptions()
 
-#: x at which exp(-x) (1 + x) is 5 per cent.
+#: Solution x of exp(-x) (1 + x) = 5 per cent.
 TAIL = 4.743864518
-#: Dimensions of the directions.
+#: Dimension of the space of directions.
 DIMENSIONS = 4
 
 
 @dataclass(frozen=True)
 class _AtOnce:
-    """Numbers of references that are handled at once; measured on arcs of any radius."""
+    """Numbers of references that are processed at once; measured on arcs of any radius."""
 
-    made: int = 16384  #: of all guides: their derivatives fill a core's cache
-    #: Looked at in all directions: few enough for the cache, and for BLAS to take one thread, as
-    #: several wait for one another where cores are busy.
+    made: int = 16384  #: references whose derivatives are computed at once: they fill a core's cache
+    #: References evaluated at once in all directions: few enough for the cache, and for BLAS to
+    #: stay with one thread, as several threads wait for one another on busy cores.
     seen: int = 1024
 
 
@@ -100,7 +101,9 @@ class Zone(NamedTuple):
     """Type of the zone about a path: line or circle, and its fitted coordinates."""
 
     circle: bool
-    free: int  #: coordinates of the nominal that are sought: 0 in a fixed place, 2 of a line or given radius, else 3
+    #: number of fitted coordinates of the nominal: 0 in a fixed place, 2 for a line or a given
+    #: radius, else 3
+    free: int
 
     def intervals(self, rough: bool) -> int:
         """Return the number of intervals between stations, for a search or an answer."""
@@ -113,21 +116,21 @@ class Zone(NamedTuple):
 class Response(Rows):
     """Deviations of n guides at m stations, and their first derivatives by the pivots."""
 
-    error: Floats  #: (n, m), distances from the nominal [length]
-    place: Floats  #: (n, m), along the nominal, as a polynomial knows it
-    weight: Floats  #: (n, m), by which polynomials are divided; see `catalogue.guidance.minimum_zone`
-    across: Floats  #: (n, m, 10), derivatives of the distances by the coordinates of finite pivots
-    carried: Floats  #: (n, m, nodes), from values at the nodes of the stroke to the stations
-    moved: Floats  #: (n, nodes, 10), derivatives of the distances by all coordinates, at the nodes
-    deviation: Floats  #: (n,), half widths of the zones, NaN where a point returns [length]
-    turned: Floats | None = None  #: (n, m), angles about the centres of arcs near a half circle, or beyond [rad]
+    error: Floats  #: distances from the nominal, (n, m) [length]
+    place: Floats  #: positions along the nominal, the variable of the fitted polynomials, (n, m)
+    weight: Floats  #: divisors of these polynomials, (n, m); see `catalogue.guidance.minimum_zone`
+    across: Floats  #: derivatives of the distances by the coordinates of finite pivots, (n, m, 10)
+    carried: Floats  #: interpolation from values at the nodes of the stroke to the stations, (n, m, nodes)
+    moved: Floats  #: derivatives of the distances at the nodes by all coordinates, (n, nodes, 10)
+    deviation: Floats  #: half widths of the zones, (n,); NaN where a point returns [length]
+    turned: Floats | None = None  #: angles about the centres of arcs near a half circle or beyond, (n, m) [rad]
 
 
 def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, intervals: int) -> Response:
     """Compute the linear response of traced guides at ends and extreme deviations.
 
-    An extreme is taken between each two Chebyshev points, read on twice as many, as it oscillates
-    more.
+    The stations between the ends are the extremes between Chebyshev points. They are sampled on
+    twice as many points, as the response oscillates more than the path.
     """
     few, many, fit = grid(intervals), grid(2 * intervals), traced.fit
     by = pose_jacobian(guides.motion, guides.point, traced.parameters(few.nodes), ways(guides, traced, few.nodes))
@@ -166,28 +169,28 @@ def _carrying(intervals: int) -> Floats:
 
 
 def scattered(linkage: Linkage) -> Mask:
-    """Mark the coordinates that scatter, of finite pivots and guided points, (n, 10)."""
+    """Tell which coordinates of finite pivots and guided points scatter, (n, 10)."""
     finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(linkage), 1), bool)], axis=1)
     return np.repeat(finite, 2, axis=1)
 
 
 @dataclass(frozen=True)
 class References(Rows):
-    """Sets of stations whose weighted deviations bound the minimum zone, l for each guide."""
+    """Sets of stations whose weighted deviations bound the minimum zone; l for each guide."""
 
-    stations: Indices  #: (n, l, k)
-    weights: Floats  #: (n, l, k), of the distances, their absolute values add up to 1
-    error: Floats  #: (n, l), weighted distances [length]
-    across: Floats  #: (n, l, 10), their derivatives by the coordinates of finite pivots
-    missed: Floats  #: (n,), how much more the deviation is than the largest of the distances [length]
-    wide: Mask  #: (n,), whether they are of arcs near a half circle, or beyond
+    stations: Indices  #: stations of each reference, (n, l, k)
+    weights: Floats  #: weights of the distances, (n, l, k); their absolute values add up to 1
+    error: Floats  #: weighted distances, (n, l) [length]
+    across: Floats  #: derivatives of the weighted distances by the coordinates of finite pivots, (n, l, 10)
+    missed: Floats  #: excess of the deviation over the largest weighted distance, (n,) [length]
+    wide: Mask  #: whether the references are of arcs near a half circle or beyond, (n,)
 
     @classmethod
     def of(cls, here: Response, free: int) -> References:
         """Return all references of responses."""
         m = here.error.shape[1]
         stations = _combinations(m, free + 1)
-        if here.turned is not None and free == 2:  # beyond half a turn a tangent has poles
+        if here.turned is not None and free == 2:  # beyond a half circle the tangent in the formula below has poles
             one, two, three = (here.turned[:, at] for at in stations.T)
             weights = [np.sin(two - three), np.sin(three - one), np.sin(one - two)]
         else:
@@ -208,7 +211,7 @@ class References(Rows):
         return cls(np.broadcast_to(stations, together.shape), together, error, across, missed, wide)
 
     def strongest(self, asked: Floats, count: int) -> References:
-        """Select the strictest references of each guide, a given number."""
+        """Select the strictest references of each guide, `count` of them."""
         if self.error.shape[1] <= count:
             return self
         least = np.minimum(*self.margins(asked))
@@ -225,19 +228,19 @@ class References(Rows):
         )
 
     def margins(self, asked: Floats) -> tuple[Floats, Floats]:
-        """Return how much farther the distances may grow upward and downward, (n, l) each."""
+        """Return the permitted growth of weighted distances, upward and downward, (n, l) each."""
         left = (asked - self.missed)[:, None]
         return left - self.error, left + self.error
 
 
 @dataclass(frozen=True)
 class Reach(Rows):
-    """Distance of n guides from their tolerance along each direction of the scatter."""
+    """Distances of n guides from their tolerances along directions of the scatter."""
 
-    nearness: Floats  #: (n, 120), one over how far [1/length]
-    reference: Indices  #: (n, 120), number of the reference that ends it
+    nearness: Floats  #: reciprocal distance from the tolerance, (n, 120) [1/length]
+    reference: Indices  #: number of the reference that reaches the tolerance first, (n, 120)
     direction: Floats  #: (n, 120, 10), unit vectors
-    margin: Floats  #: (n, 120), how much farther the distance of that reference may grow [length]
+    margin: Floats  #: permitted growth of the weighted distance of that reference, (n, 120) [length]
 
     @classmethod
     def of(cls, found: References, asked: Floats) -> Reach:
@@ -245,10 +248,12 @@ class Reach(Rows):
         up, down = found.margins(asked)
         count = up.shape[1]
         scaled = known(found.across / np.minimum(up, down)[..., None])
-        axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]  # (n, 10, 4)
+        # principal axes of the responses, (n, 10, 4)
+        axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]
         seen_ = found.across @ axes
         length, whole = np.linalg.norm(seen_, axis=-1), np.linalg.norm(found.across, axis=-1)
-        with np.errstate(all="ignore"):  # of a reference that answers in other directions too all scatter counts
+        # a reference that responds in further directions counts with all of its scatter
+        with np.errstate(all="ignore"):
             seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
         half = _directions()
         ends = np.concatenate([seen_ / up[..., None], -seen_ / down[..., None]], axis=1)
@@ -261,7 +266,7 @@ class Reach(Rows):
         """Compute the scatter at which paths stay within tolerance with `PROBABILITY`, (n,)."""
         with np.errstate(all="ignore"):
             square = 0.5 / self.nearness**2
-            rate = TAIL / square.min(1)  # 1 / variance; Newton on the logarithms, from above
+            rate = TAIL / square.min(1)  # 1 / variance, by Newton steps on the logarithms, from above
             for _ in range(ALLOWANCE.steps):
                 x = rate[:, None] * square
                 tail = np.exp(-x)
@@ -279,7 +284,7 @@ class Reach(Rows):
 
 
 def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
-    """Return how far points (n, l, 4) reach along directions (60, 4) and their opposites.
+    """Return how far points (n, l, 4) extend along directions (60, 4) and their opposites.
 
     Returns
     -------
@@ -290,7 +295,7 @@ def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
     """
     n, count = len(points), len(half)
     farthest, which = np.full((n, 2 * count), -np.inf), np.zeros((n, 2 * count), int)
-    sides = slice(0, count), slice(count, None)  # opposite directions
+    sides = slice(0, count), slice(count, None)  # points on either side, for opposite directions
     columns = np.ascontiguousarray(np.swapaxes(points, 1, 2))
     row = np.arange(count)
     for i, first in product(range(n), range(0, points.shape[1], AT_ONCE.seen)):
@@ -304,24 +309,24 @@ def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
 
 
 def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
-    """Compute the scatter at which paths keep tolerances (n,) with `PROBABILITY`, by simulation.
+    """Compute by simulation the scatter at which paths keep tolerances (n,) with `PROBABILITY`.
 
-    The scatter is drawn, in all ten coordinates: over an arc near a full circle paths answer in
-    more than four directions.
+    The scatter is simulated in all ten coordinates: along an arc near a full circle paths respond
+    in more than four directions.
     """
     found, moves = _drawn(found, asked, rough=rough)
     up, down = found.margins(asked)
     scatter = np.empty(len(asked))
-    for i in range(len(asked)):  # one at a time: a row of all is as large as a core's memory
+    for i in range(len(asked)):  # one guide at a time: its array is as large as the cache of a core
         moved = known(found.across[i]) @ moves
         scatter[i] = 1 / _kept(np.maximum(moved / up[i, :, None], -moved / down[i, :, None]).max(0))
     return scatter
 
 
 def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: bool) -> Floats:
-    """Compute the deviations that paths keep with `PROBABILITY` at a scatter, by simulation, (n,).
+    """Compute by simulation the deviations that paths keep with `PROBABILITY` at a scatter, (n,).
 
-    It is the inverse of `drawn_scatter`; tolerances (n,) near them tell which references count.
+    It is the inverse of `drawn_scatter`; nearby tolerances (n,) select the references that matter.
     """
     found, moves = _drawn(found, asked, rough=rough)
     deviation = np.empty(len(asked))
@@ -332,7 +337,7 @@ def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: 
 
 
 def _drawn(found: References, asked: Floats, *, rough: bool) -> tuple[References, Floats]:
-    """Return the references to evaluate, and normal numbers (10, draws)."""
+    """Return the references to evaluate, and a sample (10, draws) of normal numbers."""
     draws, count = (ALLOWANCE.rough_draws, ALLOWANCE.rough_drawn) if rough else (ALLOWANCE.draws, ALLOWANCE.drawn)
     return found.strongest(asked, count), np.random.default_rng(0).normal(size=(COUNT, draws))
 
@@ -363,7 +368,7 @@ def allowances(
     asked : float or ndarray, shape (n,)
         Largest deviations that are allowed [length].
     rough : bool
-        At fewer stations, as a search does.
+        Use fewer stations, as in a search.
     """
     here = responses(guides, traced, zone, rough=rough)
     asked = np.broadcast_to(asked, here.deviation.shape)
@@ -373,7 +378,7 @@ def allowances(
 
 
 def shortest(linkage: Linkage) -> Floats:
-    """Return the shortest lengths of cranks and couplers, infinite without one, shape (n,)."""
+    """Return the shortest of cranks and couplers, shape (n,); infinite for linkages without one."""
     z = np.where(linkage.finite, linkage.points, np.nan)
     lengths = np.abs([z[:, 0, 0] - z[:, 0, 1], z[:, 1, 0] - z[:, 1, 1], z[:, 0, 1] - z[:, 1, 1]])
     return np.asarray(np.fmin.reduce(lengths, axis=0, initial=np.inf))
@@ -394,7 +399,7 @@ def expected_deviation(
         for i, found in in_parts(here, zone.free):
             deviation = here.deviation[i]
             if found.wide.any():
-                for _ in range(2):  # the second time with the references that count there
+                for _ in range(2):  # the second pass has the references that matter at the first result
                     asked[i] = drawn_deviation(found, asked[i], scatter, rough=rough)
                 continue
             for _ in range(ALLOWANCE.tolerance_steps):
@@ -404,7 +409,10 @@ def expected_deviation(
 
 
 def intervals_of(traced: Traced, zone: Zone, rough: bool) -> int:
-    """Return the intervals between stations, twice as many along wide arcs of a given radius."""
+    """Return the number of intervals between stations.
+
+    It is doubled along wide arcs of given radius.
+    """
     return zone.intervals(rough) * (2 if zone.free == 2 and traced.fit.is_wide.any() else 1)
 
 
@@ -415,7 +423,7 @@ def responses(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *
 
 
 def in_parts(here: Response, free: int) -> Iterator[tuple[slice, References]]:
-    """Yield the references of a few guides at a time, which stay in a core's cache."""
+    """Yield the references of a few guides at a time, to stay in a core's cache."""
     n, m = here.error.shape
     few = max(1, AT_ONCE.made // math.comb(m, free + 1))
     for first in range(0, max(n, 1), few):
@@ -447,7 +455,7 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
 
 
 def known(values: Floats) -> Floats:
-    """Replace unknown values by 0."""
+    """Replace NaN and infinite values by 0."""
     return np.where(np.isfinite(values), values, 0.0)
 
 
@@ -458,7 +466,7 @@ def _combinations(count: int, size: int) -> Indices:
 
 @lru_cache
 def _directions() -> Floats:
-    """Return one of each two opposite vertices of the 600-cell, unit vectors (60, 4)."""
+    """Return unit vectors (60, 4): one of each opposite pair of vertices of the 600-cell."""
     golden = (1 + math.sqrt(5)) / 2
     even = [p for p in permutations(range(4)) if sum(a > b for a, b in combinations(p, 2)) % 2 == 0]
     vertices: set[tuple[float, ...]] = {

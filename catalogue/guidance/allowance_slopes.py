@@ -17,15 +17,15 @@ from .sensitivity import COUNT, displaced, pose_jacobian, ways
 from .trace import Traced
 from .wide_arc import along_circuits
 
-#: Step of the differences of derivatives by the pivots, and of the parameter as a part of its
-#: window [strokes].
+#: Step of finite differences by the pivots, and by the parameter as a fraction of its window
+#: [strokes].
 PIVOT_STEP = 1e-5
 
 
 class Slopes(NamedTuple):
-    """Derivatives of allowances, shape (n,) but for the first; 0 where unknown."""
+    """Derivatives of allowances, of shape (n,) except the first; 0 where unknown."""
 
-    by_pivots: Floats  #: (n, 10), by pivots and guided point, as far as these change the sensitivities
+    by_pivots: Floats  #: derivatives by pivots and guided point through the change of the sensitivities, (n, 10)
     by_deviation: Floats
     by_tolerance: Floats
 
@@ -35,7 +35,7 @@ def slopes(
 ) -> Slopes:
     """Return the derivatives of the allowances for tolerances, () or (n,) [length].
 
-    The sensitivities are differenced, with the places along the nominals held.
+    Sensitivities are differentiated by finite differences, at fixed places along the nominals.
     """
     with np.errstate(all="ignore"):
         intervals = intervals_of(traced, zone, rough)
@@ -47,7 +47,7 @@ def slopes(
         reach = Reach.of(found, at)
         scatter = reach.scatter()
         by_rate, by_deviation, by_tolerance = _influence(here, found, reach, at, reach.shares(scatter))
-        by_rate = np.swapaxes(here.carried, 1, 2) @ by_rate  # to the nodes
+        by_rate = np.swapaxes(here.carried, 1, 2) @ by_rate  # from the stations to the nodes
         changes = _second_differences(guides, traced, grid(intervals).nodes, np.moveaxis(here.moved, 1, 0))
         changes = np.where(scattered(guides.linkage), changes, 0.0)
         left = (asked - here.deviation) / (at - here.deviation)
@@ -66,7 +66,7 @@ def _influence(
     ndarray, shape (n, m, 10)
         Derivatives by the sensitivities at the stations.
     ndarray, ndarray, shape (n,) each
-        Derivatives by the deviation, all distances scaling with it, and by the tolerance.
+        Derivatives by the deviation, if all distances scale with it, and by the tolerance.
     """
     row = np.arange(len(asked))[:, None]
     weights = np.zeros((*reach.reference.shape, here.error.shape[1]))
@@ -81,9 +81,8 @@ def _influence(
 def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
     """Difference `PoseJacobian.across` at nodes by each coordinate, shape (10, m, n, 10).
 
-    NaN where that is impossible.
-
-    The stations and the directions of the nominals are held.
+    The stations and the directions of the nominals are kept. NaN where a displaced linkage is
+    invalid.
     """
     n, t, tangent = len(guides), traced.parameters(nodes), ways(guides, traced, nodes)
     each = np.tile(np.arange(n), COUNT)

@@ -1,4 +1,4 @@
-"""Trace circular guides over windows of a requested chord over radius."""
+"""Trace circular guides over windows with a requested ratio of chord to radius."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from .coupler_curve import CouplerCurve
 from .reach import REACH
 from .trace import Traced, trace
 
-#: First trial windows over the one by proportion.
-TRIED = np.array([0.75, 0.9, 1.0, 1.1])
+#: First trial windows, as ratios to the window by proportion.
+TRIAL_WINDOWS = np.array([0.75, 0.9, 1.0, 1.1])
 
 
 class SweepCorrection(NamedTuple):
-    """Corrections of a window to a sweep."""
+    """Iteration of a window to the requested sweep."""
 
-    rounds: int = 6  #: most further windows
+    rounds: int = 6  #: largest number of further windows
     reached: float = 1e-6  #: relative error of the sweep at which the iteration stops
 
 
@@ -26,19 +26,19 @@ SWEEP = SweepCorrection()
 
 
 def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float) -> tuple[Floats, Traced]:
-    """Find half windows (n,) [length] of a chord over radius, `sweep` below 2, and trace them.
+    """Find half windows (n,) [length] with chord over radius `sweep`, below 2, and trace them.
 
-    The sweep does not grow in proportion to the window, since the circle changes with it and the
-    point is moved for each anew; of windows nearby that have it the widest is taken, NaN where
-    there is none.  Where `SWEEP.rounds` do not suffice, near a jump, the sweep is off by more than
-    `SWEEP.reached`.
+    The sweep is not proportional to the window, since the circle changes with the window and the
+    point is moved for each one. Among nearby windows of this sweep the widest is returned, NaN
+    where there is none. Near a jump `SWEEP.rounds` may not suffice: the error of the sweep then
+    exceeds `SWEEP.reached`.
 
-    To begin with, half windows (n,) [length] are given with the sweeps that are known of them, and
-    their middles, in half windows from the reference position.
+    The arguments `half`, `known` and `centre` describe the first windows: half their lengths, their
+    sweeps, and their middles, in half windows from the reference position.
     """
     n = len(guides)
     guess = sweep / known
-    parts = np.stack([*(TRIED[:, None] * guess), np.sqrt(guess)])
+    parts = np.stack([*(TRIAL_WINDOWS[:, None] * guess), np.sqrt(guess)])
     each = np.tile(np.arange(n), len(parts))
     ladder = trace(
         guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=REACH.nodes
@@ -71,15 +71,15 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
 
 
 def _excess(traced: Traced, sweep: float) -> Floats:
-    """Compute the logarithm of the traced over the requested sweeps."""
+    """Compute the logarithm of the ratio of traced to requested sweeps."""
     return np.asarray(np.log(traced.fit.stroke * np.abs(traced.fit.curvature) / sweep))
 
 
 def _between(x: Floats, y: Floats) -> Floats:
     """Interpolate the zero of y between two points.
 
-    At the first y <= 0, at the second y >= 0.  By a parabola in y through three points if its zero
-    is between them, else by a line.
+    y <= 0 at the first point, y >= 0 at the second. A parabola in y through three points is used if
+    its zero is between them, else a line.
     """
     (a, b, c), (p, q, r) = x, y
     line = np.where(q > p, (a * q - b * p) / (q - p), 0.5 * (a + b))

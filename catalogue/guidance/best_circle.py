@@ -1,8 +1,9 @@
 """Best-fitting circles of given radii, for the largest or the mean square distance.
 
-A move of the centre changes the distance at a place by the cosine and the sine of its direction
-from there.  Beyond half a turn these are no Haar system: two opposite places may decide alone, and
-then the best centre is one of many. The mean circle is unique, and moves smoothly with the path.
+A move of the centre changes the distance of a place by the cosine and the sine of the direction to
+that place. Along arcs beyond a half circle these functions are no Haar system: two opposite places
+alone may determine the deviation, and then the best centre is not unique. The mean circle is
+unique, and moves smoothly with the path.
 """
 
 from __future__ import annotations
@@ -21,26 +22,26 @@ from .uniform_fit import NEXT, uniform_fit
 
 
 class CircleMoves(NamedTuple):
-    """Moves of the centre of a circle."""
+    """Iterations for the centre of a circle."""
 
-    #: Moves of a mean circle; the second one leaves the fourth power of the deviation over the
-    #: radius.
+    #: Number of moves of a mean circle; after two the error is of fourth order in the deviation
+    #: over the radius.
     mean: int = 2
-    #: Most moves of a best-placed circle; with steps halved where they gain nothing most need
-    #: five.
+    #: Largest number of moves of a best-placed circle; as steps are halved where they gain nothing,
+    #: most circles need five.
     most: int = 24
-    first: float = 0.3  #: longest first move [radii]: the linear model holds so far
-    last: float = 1e-9  #: length of a move that is the last one [radii]
+    first: float = 0.3  #: longest first move [radii]: up to it the linear model holds
+    last: float = 1e-9  #: length of a move at which the iteration stops [radii]
     #: Largest distance of the middle of two opposite places from the centre [radii].
     opposite: float = 0.2
-    #: Longest moves that level the extremes between the fine points [deviations].
+    #: Longest move when extremes between the fine points are equalised [deviations].
     polish: float = 0.1
 
 
 CIRCLE_MOVES = CircleMoves()
 
-#: Places about those extremes that are tried, in two rounds [steps of the fine points].
-POLISHED = (np.linspace(-1, 1, 9), np.linspace(-0.2, 0.2, 9))
+#: Trial places about these extremes, in two rounds [steps of the fine points].
+POLISH_PLACES = (np.linspace(-1, 1, 9), np.linspace(-0.2, 0.2, 9))
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Circles(Columns):
     deviation : ndarray
         Largest distance of the path from the circle [length].
     unresolved : ndarray
-        Bound on what the interpolant misses [length].
+        Bound on the error of the interpolant [length].
     stations : ndarray of int, shape (3, n)
         Fine points of the grid at which the distance is largest.
     """
@@ -72,17 +73,17 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
     z : complex ndarray, shape (m, n)
         Paths at the nodes of a grid [length].
     radius : ndarray, shape (n,)
-        Of the circles [length].
+        Radii of the circles [length].
     centre : complex ndarray, shape (n,)
         First guesses of the centres.
     points : Grid
-        To which the m nodes belong.
+        Grid to which the m nodes belong.
     """
     fine, n = times(points.fine, z), len(centre)
     with np.errstate(all="ignore"):
         centre, least, stations = _descended(fine, radius, centre)
-        # where two opposite places within the circle decide, the linear model sees no gain in a
-        # move across them
+        # where two opposite places within the circle determine the deviation, the linear model sees
+        # no gain in a move across them
         spoke = fine[stations, np.arange(n)] - centre
         opposite = np.flatnonzero(np.abs(spoke + spoke[NEXT]).min(0) < CIRCLE_MOVES.opposite * radius)
         if len(opposite):
@@ -101,7 +102,7 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
 
 
 def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Complexes, Floats, Indices]:
-    """Place circles by Gauss-Newton steps of the largest distance.
+    """Place circles by Gauss-Newton steps that reduce the largest distance.
 
     Returns
     -------
@@ -135,7 +136,7 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
 
 
 def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6) -> tuple[Complexes, Floats]:
-    """Move circles to where the largest distances, at peaks between the fine points, are level.
+    """Move circles until the largest distances, at peaks between the fine points, are equal.
 
     Returns
     -------
@@ -150,12 +151,13 @@ def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6
     extreme = np.where((off >= beside[:-2]) & (off > beside[2:]), off, 0.0)
     places = np.argpartition(-extreme, peaks, axis=0)[:peaks].astype(float)
     moved = centre
-    for near in POLISHED:
+    for near in POLISH_PLACES:
         tried = np.clip(places + near[:, None, None], 0, len(fine) - 1)
         spoke, off = _between(fine, moved, radius, tried.reshape(peaks * len(near), n))
         move, _, _ = uniform_fit(np.stack([spoke.real, spoke.imag]), off)
         step = move[0] + 1j * move[1]
-        # a longer one: the descent ended short, and other places decide
+        # a longer step means that the descent stopped early and that other places determine the
+        # deviation
         step = np.where(np.abs(step) < CIRCLE_MOVES.polish * np.abs(off).max(0), step, 0.0)
         moved, off = moved + step, np.abs(off - (spoke.conj() * step).real)
         best = off.reshape(tried.shape).argmax(0)
@@ -165,14 +167,14 @@ def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6
 
 
 def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:
-    """Interpolate spokes and distances between fine points, by parabolas.
+    """Interpolate directions and distances between fine points, by parabolas.
 
-    Spokes are unit vectors from the centre.
+    Directions are unit vectors from the centre.
 
     Parameters
     ----------
     places : ndarray, shape (k, n)
-        Where along the paths [steps of the fine points].
+        Positions along the paths [steps of the fine points].
     """
     column = np.arange(fine.shape[1])
     nearest = np.clip(np.rint(places).astype(int), 1, len(fine) - 2)
@@ -204,9 +206,9 @@ def mean_centre(
     ----------
     z : complex ndarray, shape (m, ...)
     centre : complex ndarray, shape (...)
-        First guesses.
+        First guesses of the centres.
     weight : ndarray, shape (m, ...), optional
-        Of the places.
+        Weights of the places.
     """
     for _ in range(moves):
         spoke = z - centre
@@ -224,7 +226,7 @@ def _moved(x: Floats, y: Floats, values: Floats, weight: Floats | float) -> Comp
 
 
 def by_length(z: Complexes) -> Floats:
-    """Return weights (m, n) of nodes that turn sums into integrals along paths z (m, n)."""
+    """Return weights (m, n) that turn sums over nodes into integrals along paths z (m, n)."""
     count = len(z) - 1
     return np.asarray(np.abs(times(differentiation(count), z)) * _quadrature(count)[:, None])
 

@@ -1,12 +1,12 @@
-"""Cells of coupler curves: pieces for the begin of a window, with lower bounds of its deviation.
+"""Cells of coupler curves: pieces on which windows begin, with lower bounds of deviations.
 
-A coupler curve is cut into pieces of about equal length.  A window is no longer along its stroke
-than the chords of its pieces, so that all windows that begin on one piece hold the path from the
-next cut to the last one within a stroke of chords: their common core.  The narrowest strip of a
-window is no narrower than that of points of its core, and what these are off their best line in the
-mean square is less.  So no window is straighter than the bound of its cell says, and only cells
-whose bounds are below the best deviation that is known have to be looked into.  That is strict
-unless a path turns by more than a right angle on one piece at an end of a window; of circles it
+A coupler curve is cut into pieces of about equal length. The stroke of a window is at most the sum
+of the chords of its pieces. So all windows that begin on one piece contain the path from the next
+cut up to the last cut within a stroke of chords: their common core. The strip of a window is at
+least as wide as that of points of its core, and half that width is at least their root mean square
+distance from their best line. No window is therefore straighter than the bound of its cell, and
+only cells whose bounds are below the best known deviation have to be searched. The bound is strict
+unless a path turns by more than a right angle on one piece at an end of a window; for circles it
 holds to first order.
 """
 
@@ -24,26 +24,27 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
 
 class CellOptions(NamedTuple):
-    """How coupler curves are cut into pieces, and how windows are bounded by them."""
+    """Options of the cutting of coupler curves, and of the bounds of windows."""
 
-    phases: int = 192  #: phases at which a coupler curve is read to be cut
-    #: Least pieces of a window: the bound of a smooth path, which grows like the fourth power of
-    #: the stroke, loses a third by the piece that a core is shorter.
+    phases: int = 192  #: number of phases at which a coupler curve is sampled before it is cut
+    #: Least number of pieces of a window: the bound of a smooth path grows like the fourth power of
+    #: the stroke, and a core that is shorter by one piece loses a third of it.
     pieces: int = 10
-    #: least pieces of a circuit: with fewer a corner of it hides between two cuts
+    #: least number of pieces of a circuit: with fewer a corner may hide between two cuts
     fewest: int = 160
-    most: int = 5120  #: most pieces of a circuit: 1024 circuits of so many take 0.7 GB
-    points: int = 9  #: points of a core that are read: nine follow the eight extremes of most paths
-    #: Largest ratio of the chord of a core to its part of the window, either way: a path within 84
-    #: degrees of its middle direction that is longer than that does not guide.
+    most: int = 5120  #: largest number of pieces of a circuit: 1024 circuits of so many take 0.7 GB
+    points: int = 9  #: number of sampled points of a core: nine follow the eight extremes of most paths
+    #: Largest ratio of the stroke that falls to a core to the core's chord. Cells beyond it are
+    #: excluded: their paths may run within 84 degrees of their middle direction, but are too curved
+    #: to guide.
     nearly: float = 1.5
-    #: Part of the bound that holds for circles: their distances are linear in centre and radius to
-    #: first order only.
+    #: Factor of the bound for circles, whose distances are linear in centre and radius only to
+    #: first order.
     bent: float = 0.9
-    #: Part of a step between points of a core by which it may run back: its chord is not quite
-    #: that of the window.
+    #: Fraction of a step between points of a core by which it may run back, as its chord differs in
+    #: direction from that of the window.
     slack: float = 0.25
-    #: Error of a number of equal pieces, which may just fill a stroke.
+    #: Error of the number of equal pieces in a stroke, which may be a whole number.
     rounding: float = 1e-9
 
 
@@ -52,19 +53,20 @@ CELL = CellOptions()
 
 @dataclass(frozen=True)
 class Cells(Rows):
-    """n pieces of coupler curves on which windows of a stroke may begin; arrays of shape (n,).
+    """Pieces of coupler curves on which windows of a stroke may begin; n, arrays of shape (n,).
 
     Attributes
     ----------
     circuit, number : ndarray of int
-        Which of the circuits, and of its pieces.
+        Number of the circuit, and of the piece on it.
     piece, low, high : ndarray
-        Length of the piece; phases of its begin, and about of the end of a window from there [rad].
+        Length of the piece; phases of its start, and approximately of the end of a window from
+        there [rad].
     stroke, least : ndarray
-        Distance of the ends; a bound below the deviations of all windows that begin on the piece
+        Distance of the ends; lower bound of the deviations of all windows that begin on the piece
         [length].
     peak : ndarray of bool
-        Whether that is less than on both pieces beside it.
+        Whether that bound is less than on both neighbouring pieces.
     """
 
     circuit: Indices
@@ -81,17 +83,17 @@ class Cells(Rows):
 class Curves(Columns):
     """Coupler curves of k circuits, tabulated by length.
 
-    A left-handed circuit is followed in the sense of its mirror image, so that a search finds the
-    mirror images of its windows.
+    A left-handed circuit is followed in the sense of its mirror image, so that a circuit and its
+    image have mirrored windows.
 
     Attributes
     ----------
     number : ndarray of int, shape (k,)
         Numbers of the circuits.
     offset, sense : ndarray, shape (k,)
-        A curve at phase s is its circuit at phase offset + sense * s; of the sense 1 or -1 [rad].
+        The curve at phase s is the circuit at phase offset + sense * s, with sense 1 or -1 [rad].
     s, run : ndarray, shape (phases + 1, k)
-        Phases [rad], and the fraction of the length up to them.
+        Phases [rad], and the fractions of the length up to them.
     length, across : ndarray, shape (k,)
         Lengths and diameters of the curves [length].
     """
@@ -120,7 +122,7 @@ class Curves(Columns):
                 run = np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0, prepend=z[:1]))), axis=0)
                 across = np.fmax.reduce(np.abs(z[:, None] - z[::16]), axis=(0, 1))
             length = run[-1]
-            # a little of the phase itself, so that a point at rest moves on
+            # a small share of the phase keeps the table rising where the point is at rest
             run = run / np.where(length > 0, length, 1) + 0.02 * share
             run /= run[-1]
             if not last:
@@ -129,7 +131,7 @@ class Curves(Columns):
 
     @property
     def shortest(self) -> Floats:
-        """Shortest strokes that are looked for, shape (k,) [length]."""
+        """Shortest strokes to search for, shape (k,) [length]."""
         return np.asarray(CELL.pieces / CELL.most * self.length)
 
     def at(self, s: Floats) -> Complexes:
@@ -184,12 +186,13 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
         ends = run[:-1] + arc
         total = np.where(run[-1] > 0, run[-1], 1.0)
         lap = (turns & (ends > run[-1])).astype(int)
-        beyond = ~turns & (run[:-1] + stroke > run[-1] * (1 + 1 / pieces))  # its chords are a little shorter
+        # the chords of a window are a little shorter than its path
+        beyond = ~turns & (run[:-1] + stroke > run[-1] * (1 + 1 / pieces))
         share = np.clip(np.nan_to_num(ends / total - lap), 0, 1)
         cuts = np.broadcast_to(np.arange(pieces + 1.0)[:, None], run.shape)
         last = np.floor(_interpolated(share, run / total, cuts) + CELL.rounding).astype(int)
         width = np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces)
-    # no more than of equal pieces, so that bounds do not change by the rounding of their cores
+    # no more pieces than for equal ones, so that bounds do not change with the rounding of cores
     held = np.minimum(last + pieces * lap - number, np.floor(width + CELL.rounding).astype(int))
     whole = np.clip(held, 2, pieces)
     steps = np.rint(np.linspace(0, 1, CELL.points)[:, None, None] * (whole - 1)).astype(int)
@@ -202,7 +205,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
         has = (stroke / arc) * np.minimum(arc, np.mod(run[index[-1], np.arange(len(which))] - run[1:], total))
         good = (width >= CELL.points) & ~beyond & (far * CELL.nearly > has)
         least = np.where(good, np.nan_to_num(_off(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf)
-        least = np.where(good & (held < 2), 0.0, least)  # a core of one cut bounds nothing
+        least = np.where(good & (held < 2), 0.0, least)  # a core of a single cut gives no bound
         longer = np.clip(has / far, 1.0, CELL.nearly)
     column = np.arange(len(which))
     at = np.where(turns & (end > pieces), end - pieces, np.minimum(end, pieces))
@@ -221,7 +224,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
 def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
     """Compute mean square distances of points from best lines or circles, (m, k).
 
-    Infinite where the points do not run forward.
+    They are infinite where the points do not run forward.
     """
     seen, half = from_chord(w)
     u, v = seen.real, seen.imag
@@ -231,13 +234,13 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
         u, v = u - u.mean(0), v - v.mean(0)
         whole, long = (v * v).sum(0), (u * u).sum(0)
         rest = np.maximum(whole - (u * v).sum(0) ** 2 / long, 0.0)
-        # across the line itself distances are less than across the chord
+        # distances across the line are less than across the chord
         return np.where(forward, half * np.sqrt(rest / CELL.points * long / (long + whole)), np.inf)
     k = bent(v[CELL.points // 2], half, radius)
     v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
     v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
-    # a circle that is moved changes distances by sine and cosine of the angle about its centre, its
-    # radius by 1
+    # a move of a circle changes distances by sine and cosine of the angle about its centre, a
+    # change of radius by 1
     cosine = np.sqrt(np.maximum(1 - (k * u) ** 2, 0.0))
     moves = [u, cosine] if radius is not None else [np.ones_like(u), u, u * u / (1 + cosine)]
     for n, move in enumerate(moves):
@@ -252,7 +255,7 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
 def bent(sagitta: Floats, half: Floats, radius: float | None) -> Floats:
     """Compute curvatures of circles through ends and middle of paths, positive to the left.
 
-    Half the chord is the unit of length.  With a `radius` the circles have this radius, and only
+    Lengths are in units of half the chord.  With a `radius` the circles have this radius, and only
     the side is computed.
     """
     bend = -2 * sagitta / (sagitta**2 + 1)
@@ -260,9 +263,9 @@ def bent(sagitta: Floats, half: Floats, radius: float | None) -> Floats:
 
 
 def from_chord(w: Complexes) -> tuple[Complexes, Floats]:
-    """Normalise points (p, ...) with their ends at -1 and 1.
+    """Normalise points (p, ...) to ends at -1 and 1.
 
-    Also return half the distance of the ends.
+    Return them, and half the distance of their ends.
     """
     half = 0.5 * (w[-1] - w[0])
     return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)

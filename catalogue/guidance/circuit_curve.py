@@ -19,16 +19,16 @@ from .trace import LEAST_SURE, Traced
 
 #: Intervals between the Chebyshev points at which the deviation is measured.
 NODES = 128
-#: What stands for the chart of a motion whose parameter is the phase of its circuit, see
-#: `catalogue.kinematics.motion`.
+#: Number in place of a chart of `catalogue.kinematics.motion`, for a motion whose parameter is the
+#: phase of its circuit.
 CIRCUIT = 3
 
 
 class MiddleOptions(NamedTuple):
-    """How the middle of a stroke is found, and whether its path runs forward."""
+    """Options of the search for the middle of a stroke, and of the forward test."""
 
     middle: float = 1e-14  #: relative accuracy of the middle [half strokes]
-    #: Cosine of the angle to its middle direction below which a path no longer runs forward.
+    #: Cosine of the angle to its middle direction below which a path does not run forward.
     turning: float = 0.1
     steps: int = 16  #: intervals of this test
 
@@ -61,7 +61,7 @@ class CircuitMotion(Columns):
 
     @property
     def origin(self) -> Complexes:
-        """Points about which poses turn, complex, shape (k,)."""
+        """Points about which poses rotate, complex, shape (k,)."""
         return np.asarray(self.scale * (self._start.origin + self._start.d[0]) + self.shift)
 
     @cached_property
@@ -80,9 +80,9 @@ class CircuitCurve(Columns):
     """k guides on their circuits; replaces a `coupler_curve.CouplerCurve` over a known window."""
 
     motion: CircuitMotion
-    point: Complexes  # guided, in mid-stroke
+    point: Complexes  # guided points in mid-stroke
 
-    #: None is needed: a circuit passes its change points straight.
+    #: None: a circuit needs no pole at its change points, which it passes smoothly.
     pole = None
 
     def __len__(self) -> int:
@@ -121,8 +121,8 @@ class Posed(Protocol):
 def runs_forward(seen: Complexes, turning: float = MIDDLE.turning) -> Mask:
     """Tell which paths (m, k), with chords along the real axis, run forward.
 
-    Also relative to their middle direction, with a cosine above `turning`: tested on `MIDDLE.steps`
-    intervals, independent of the grid.
+    They must also run forward relative to their middle direction, with a cosine above `turning`.
+    The test uses `MIDDLE.steps` intervals, independent of the grid.
     """
     steps = np.diff(seen[:: (len(seen) - 1) // MIDDLE.steps], axis=0)
     k = np.clip(
@@ -138,8 +138,9 @@ def runs_forward(seen: Complexes, turning: float = MIDDLE.turning) -> Mask:
 def fitted(circuits: Posed, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None) -> Fit:
     """Fit lines or circles to coupler points (k,) of circuits over windows of phases (k,).
 
-    Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the
-    path turns back, or the finest grid leaves a hundredth of the deviation open.
+    Straight paths run to the right, or upwards; arcs bulge to the left of their direction. NaN
+    where the path turns back, or where the error on the finest grid exceeds a hundredth of the
+    deviation.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ def fitted(circuits: Posed, point: Complexes, low: Floats, high: Floats, *, circ
             back = ((z[NODES // 2] - z[0]) / chord).imag < 0
         z = np.where(back, z[::-1], z)
         first, chord = z[0], z[-1] - z[0]
-        seen, length = (z - first) / chord, np.abs(chord)  # in the frame of its ends
+        seen, length = (z - first) / chord, np.abs(chord)  # in the frame of the path's ends
         held = None if radius is None else -length / radius
         fit = minimum_zone(seen.real, np.where(runs_forward(seen), seen.imag, np.nan), circle, points, held)
         deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)

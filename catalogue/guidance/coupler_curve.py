@@ -25,38 +25,38 @@ from ..kinematics.types import Complexes, Floats, Integers, Mask
 
 
 class CurveOptions(NamedTuple):
-    """How a coupler curve is tabulated, and its windows are solved."""
+    """Options of the table of a coupler curve, and of the solution of its windows."""
 
     steps: int = 16  #: half the number of intervals of the table
-    farthest: float = 8.0  #: Largest parameter of a window, a rotation of 166 degrees either way.
+    farthest: float = 8.0  #: largest parameter of a window: a rotation of 166 degrees either way
     tolerance: float = 1e-13  #: relative accuracy of windows [extents]
-    few: int = 12  #: iterations that find nearly all ends of windows
-    many: int = 40  #: iterations after which the others are given up
-    #: Factor of the score of a chart that holds what is needed: more than the ratio of the roots
-    #: of any two conditionings.
+    few: int = 12  #: number of iterations that find nearly all ends of windows
+    many: int = 40  #: number of iterations after which other ends are given up
+    #: Factor of the score of a chart that covers the required extent: larger than the ratio of the
+    #: roots of any two conditionings.
     first: float = 1e3
-    #: Parabolas that find where a path turns: 98 of 100 paths then end within 1e-4 of their
-    #: extent.
+    #: Number of successive parabolas that locate the turning point of a path: 98 of 100 paths then
+    #: end within 1e-4 of their extent.
     turnings: int = 5
     singular: float = 1e-4  #: least conditioning of a chart that is used
-    #: Speed of a point at rest [sizes of the linkage per unit of the parameter].
+    #: Speed below which a point is at rest [sizes of the linkage per unit of the parameter].
     at_rest: float = 1e-9
-    #: Farthest distance to which a point is followed [sizes of the linkage]: coupler points of
+    #: Largest distance to which a point is followed [sizes of the linkage]: coupler points of
     #: slides and sliders run to infinity.
     far: float = 100.0
-    rounding: float = 1e-9  #: relative difference of extents or scores that is rounding
+    rounding: float = 1e-9  #: relative difference of extents or scores that counts as rounding
 
 
 CURVE = CurveOptions()
 
-#: Places of the table, as parts of the angle to the end of the chart.  They crowd there, because
-#: the path runs into a turning point like a square root.
+#: Places of the table, as fractions of the angle to the end of the chart. They are dense there,
+#: because the path approaches a turning point like a square root.
 SHARES = np.sin(0.5 * np.pi * np.arange(CURVE.steps + 1) / CURVE.steps)[:, None]
 
 
 @dataclass(frozen=True)
 class Table(Columns):
-    """Displacements of points over the part of their paths on which they rise.
+    """Displacements of points over the part of their paths on which they increase.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Table(Columns):
 
     @property
     def extent(self) -> Floats:
-        """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
+        """Largest u before (without its sign) and after the reference position, shape (2, n)."""
         u = np.where(np.isfinite(self.u), self.u, 0)
         return np.stack([-u.min(0), u.max(0)])
 
@@ -107,7 +107,7 @@ class CouplerCurve(Columns):
 
     def __getitem__(self, index: Any) -> CouplerCurve:
         some = super().__getitem__(index)
-        for name in ("_table", "table"):  # which are dear
+        for name in ("_table", "table"):  # cached values that are expensive
             if name in self.__dict__:
                 some.__dict__[name] = self.__dict__[name][index]
         return some
@@ -147,14 +147,14 @@ class CouplerCurve(Columns):
 
     @property
     def extent(self) -> Floats:
-        """Farthest u below (as a positive number) and above the reference, shape (2, n)."""
+        """Largest u before (without its sign) and after the reference position, shape (2, n)."""
         return self.table.extent
 
     def window(self, low: Floats, high: Floats) -> tuple[Floats, Floats]:
         """Solve for the parameters where u is `low` and `high`, (n,) each; NaN beyond the extent.
 
-        Bracketed in the table, then solved to `CURVE.tolerance` of the extent: in few steps, in
-        more where the path turns nearby.
+        Solutions are bracketed in the table, then iterated to `CURVE.tolerance` of the extent: in
+        few steps, in more where the path turns nearby.
         """
         wanted = np.stack([low, high])
         t, near = self._solved(self._table, wanted, CURVE.few)
@@ -208,8 +208,8 @@ def coupler_curve(
 ) -> CouplerCurve:
     """Build the coupler curves of points, each in the chart of the largest extent.
 
-    What counts is the smaller of the two extents times the root of the conditioning; charts that
-    hold `least` to both sides come first.
+    The score of a chart is the smaller of its two extents times the root of its conditioning;
+    charts with an extent of `least` on both sides come first.
 
     Parameters
     ----------
@@ -218,11 +218,11 @@ def coupler_curve(
     dtype : dtype
         float or numpy.longdouble.
     pole : complex ndarray, shape (n,), optional
-        Chooses the branch of linkages at a change point; without it such a linkage has extent 0.
+        Selects the branch of linkages at a change point; without it such a linkage has extent 0.
     chart : ndarray of int, shape (n,), optional
-        Charts of linkages nearby, taken unseen.
+        Charts of linkages nearby, used without a comparison.
     least : float
-        Extent that is needed [length].
+        Required extent [length].
     """
     point = np.asarray(point, dtype=complex)
     if chart is None:
@@ -261,8 +261,7 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, 
 def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
     """Extend a table to the places where paths turn.
 
-    A path turns between the neighbours of the last place inside, up to a step of the table beyond
-    it.
+    A path turns between the neighbours of its last place in the table, at most one step beyond it.
     """
     t, u = table.t.copy(), table.u.copy()
     for side in (-1, 1):
@@ -272,7 +271,7 @@ def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
         at = t[CURVE.steps + side * (inside[k] + np.array([[-1], [0], [1]])), k]
         with np.errstate(all="ignore"):
             height = sign * guides.path[k](at)[0]
-        turns = height[2] <= height[1]  # else the next place is far away, or beyond the chart
+        turns = height[2] <= height[1]  # otherwise the next place is far away, or beyond the chart
         k, sign, at, height = k[turns], sign[turns], at[:, turns], height[:, turns]
         tip, top = _summit(guides.path[k], sign, side, at, height)
         place = CURVE.steps + side * (inside[k] + (side * tip > side * at[1]))
@@ -290,7 +289,7 @@ def _summit(path: Path, sign: Integers, side: int, at: Floats, height: Floats) -
     side : int
         1 if the parameters rise, -1 if they fall.
     at, height : ndarray, shape (3, n)
-        Parameters of which the middle one has the greatest displacement, and these displacements.
+        Three parameters, the middle one with the greatest displacement, and their displacements.
     """
     every = np.arange(len(sign))
     for _ in range(CURVE.turnings):

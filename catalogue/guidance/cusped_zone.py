@@ -1,11 +1,12 @@
 """Minimum zones of paths with a cusp, which return along nearly the same line or circle.
 
-Both branches count.  They part far from the cusp.  Where that decides the width of an annulus its
-radius is free within bounds, and an exchange over all three parameters of a circle has no reference
-there.  So the radius is found by golden section, from the least-squares circle of both branches,
-and for each radius the narrowest annulus by exchange as in `minimum_zone`; the best strip likewise.
-The width is evaluated at the fine points of the grid and at the ends, where it usually is largest.
-A grid four times as fine as for other paths keeps the error between the points below 5e-4 of it.
+The deviation is that of both branches, which diverge far from the cusp. Where this divergence
+determines the width of an annulus, a range of radii gives the same width, and an exchange over all
+three parameters of a circle has no reference. So the radius is found by golden section, from the
+least-squares circle of both branches. For each radius, and for strips, the zone is found by
+exchange as in `minimum_zone`. The width is evaluated at the fine points of the grid and at the
+ends, where it usually is largest. A grid four times as fine as for other paths keeps the error
+between the points below 5e-4 of it.
 """
 
 from __future__ import annotations
@@ -21,22 +22,23 @@ from .minimum_zone import Fit, Grid, exchange, polar, rise_over, seen, shifted
 class CuspedZone(NamedTuple):
     """Iterations of the minimum zone of a path with a cusp."""
 
-    steps: int = 12  #: most least-squares steps to the radius
-    exchanges: int = 8  #: most exchanges at a radius
+    steps: int = 12  #: largest number of least-squares steps for the radius
+    exchanges: int = 8  #: largest number of exchanges for a given radius
     at_rest: float = 1e-12  #: step at which the iteration has converged [strokes]
-    #: Largest growth of the largest distance since the last exchange, for the circle to be given.
+    #: Largest growth of the largest distance after the last exchange for which a circle is
+    #: returned.
     settled: float = 1.001
-    #: Distance that keeps points of two branches apart where they are equally far from the cusp
-    #: [strokes].
+    #: Distance by which points of two branches are separated where they are equally far from the
+    #: cusp [strokes].
     apart: float = 1e-11
-    #: Change of the curvature that is tried [deviations / stroke^2]: it moves the middle of the
-    #: arc by twice the deviation, more than the narrowest annulus can.
+    #: Trial change of the curvature [deviations / stroke^2]: it moves the middle of the arc by
+    #: twice the deviation, more than the narrowest annulus can.
     bracket: float = 16.0
-    #: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the
-    #: deviation, open.
+    #: Number of steps of the golden section: they narrow that change to 4e-4, hence the error of
+    #: the deviation is below 1e-3.
     sections: int = 17
     golden: float = 0.5 * (5**0.5 - 1)  #: golden ratio
-    moved: float = 1e-4  #: change by a step, over the level, above which steps go on
+    moved: float = 1e-4  #: change by a step, over the level, above which the iteration continues
 
 
 CUSP = CuspedZone()
@@ -45,10 +47,10 @@ CUSP = CuspedZone()
 def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
     """Fit strips (`circle` false) or annuli to paths from a cusp at (0, 0).
 
-    The first end of the path is the cusp, the last the middle between its two ends.  NaN where a
+    The fitted path runs from the cusp to the middle between the path's two ends.  NaN where a
     branch turns back, and where no circle of less than half a turn is found.  With `held`,
-    curvatures (n,) positive to the left of the way from the cusp, only the place of the circle is
-    sought.
+    curvatures (n,) positive to the left of the direction from the cusp, only the place of the
+    circle is fitted.
     """
     last_nodes = nodes.coefficients[-2:]
     unresolved = np.abs(last_nodes @ v).sum(0) + np.abs(last_nodes @ u).sum(0)
@@ -58,7 +60,7 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
         x, y = _unfolded(nodes.fine @ u, nodes.fine @ v)
         x, y = x * along.real + y * along.imag, y * along.real - x * along.imag
         centre, heading, curvature = np.zeros_like(last), np.ones_like(last), np.zeros_like(stroke)
-        if held is not None:  # the circle of that curvature through cusp and end
+        if held is not None:  # the circle of that curvature through the cusp and the end
             curvature = np.broadcast_to(held, stroke.shape).astype(stroke.dtype)
             heading = np.exp(-1j * np.arcsin(0.5 * curvature * stroke))
         elif circle:
@@ -86,13 +88,13 @@ def _of_radius(
     x, y : ndarray, shape (f, n)
         Points of both branches.
     centre, heading : complex ndarray, shape (n,)
-        A point of each circle to begin with, and the direction there.
+        A point of each initial circle, and the circle's direction there.
 
     Returns
     -------
     deviation, centre, heading : ndarray, shape (n,)
-        Half widths, NaN where the exchange does not settle or the arc is half a circle; points and
-        directions.
+        Half widths, NaN where the exchange does not converge or the arc is half a circle; points
+        and directions.
     """
     deviation, centre, heading = stroke.copy(), centre.copy(), heading.copy()
     apart = CUSP.apart * stroke * np.arange(len(x))[:, None]
@@ -101,7 +103,8 @@ def _of_radius(
         a, b = seen(xs, ys, centre[open_], heading[open_])
         bend = curvature[open_]
         distance, _, _ = polar(a, b, bend)
-        # a circle that is moved but keeps its radius: (c0 + c1 X) cos, X = tan(theta)/curvature
+        # a circle that is moved but keeps its radius changes distances by (c0 + c1 X) cos, X =
+        # tan(theta)/curvature
         inverse_cosine = np.hypot(bend * a, 1 - bend * b) / (1 - bend * b)
         run = a / (1 - bend * b)
         order = np.argsort(run, axis=0)
@@ -123,9 +126,9 @@ def _of_radius(
 def _narrowest(
     x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array, deviation: Array
 ) -> tuple[Array, Array]:
-    """Find the curvature of the narrowest annulus by golden section about a known one.
+    """Find the curvature of the narrowest annulus by golden section about a first estimate.
 
-    The half width is a convex function of the curvature, as far as the circle moves by a few
+    The half width is a convex function of the curvature, as long as the circle moves by a few
     deviations.
     """
     reach = CUSP.bracket * deviation / stroke**2

@@ -23,14 +23,14 @@ from .wide_arc import along_circuits, traced_about
 
 
 class Simulation(NamedTuple):
-    """How machines are simulated and measured."""
+    """Options of simulated machines and their measurement."""
 
-    draws: int = 1000  #: Machines: a share of 95 % is then known to 0.7 %, one standard deviation.
+    draws: int = 1000  #: number of machines: a share of 95 % then has a standard error of 0.7 %
     seed: int = 0  #: seed of the draws: an answer has the same share every time
     nodes: int = 32  #: intervals between the Chebyshev points of a path
-    rounds: int = 10  #: most Newton steps to the ends of a window
+    rounds: int = 10  #: largest number of Newton steps for the ends of a window
     step: float = 1e-6  #: step of the difference quotient of a speed [windows]
-    reached: float = 1e-7  #: error of an end at which it is reached [strokes]
+    reached: float = 1e-7  #: error of an end at which the iteration stops [strokes]
 
 
 SIMULATION = Simulation()
@@ -53,9 +53,9 @@ def kept_share(
         One guide whose point does not return; in its frame the nominal runs from (0, 0) to (stroke,
         0).
     traced : Traced
-        It, traced over its stroke.
+        Trace of the guide over its stroke.
     nominal : Nominal
-        The path is measured between its ends.
+        Nominal between whose ends the path is measured.
     zone : Zone
         Coordinates of the nominal that are fitted to every machine.
     scatter : float
@@ -66,7 +66,7 @@ def kept_share(
     Returns
     -------
     float
-        From 0 to 1; machines that do not run over the stroke do not keep it.
+        Fraction from 0 to 1; machines that do not cover the stroke do not keep the tolerance.
     """
     linkage, point = _drawn(guides, scatter, draws)
     chart = np.repeat(guides.motion.chart, len(point))
@@ -92,11 +92,11 @@ def kept_share_over_arc(
     Parameters
     ----------
     guides, traced
-        One guide, and it traced over its arc.
+        One guide, and its trace over the arc.
     angle : float
-        Of the arc [deg].
+        Angle of the arc [deg].
     scatter, tolerance, draws
-        As of `kept_share`.
+        See `kept_share`.
     """
     linkage, point = _drawn(guides, scatter, draws)
     centre, radius = np.repeat(traced.fit.centre, len(point)), np.repeat(-1 / traced.fit.curvature, len(point))
@@ -116,7 +116,7 @@ def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> t
 def _window(guides: CouplerCurve, nominal: Nominal, low: float, high: float) -> tuple[Floats, Floats]:
     """Solve for the parameters of paths at the ends of a nominal, (n,) each.
 
-    From those of one path; NaN where they are not reached.
+    The iteration starts from the parameters of one path; NaN where it does not reach the ends.
     """
     n = len(guides)
 

@@ -28,7 +28,7 @@ class DriveGrid(NamedTuple):
     """Grid on which a motion is evaluated and differentiated."""
 
     nodes: int = 32  #: intervals between the Chebyshev points of the stroke
-    most: int = 256  #: most intervals, near a dead point
+    most: int = 256  #: largest number of intervals, used near a dead point
     missed: float = 1e-4  #: relative error of a crank speed above which the grid is refined
 
 
@@ -44,12 +44,12 @@ class DriveMetrics(Rows):
     Attributes
     ----------
     driver : ndarray of int, shape (n,)
-        Number of the driving crank, whose transmission angle `Measures.min_transmission` is; 0 if
-        there is none.
+        Number of the driving crank, to which `Measures.min_transmission` refers; 0 if there is
+        none.
     drive_angle : ndarray, shape (n,)
         Rotation of the driver over the stroke [deg]; NaN without a crank, and where it reverses.
     time_ratio : ndarray, shape (n,)
-        Rest of the turn over that rotation, for a driver that turns fully; NaN otherwise.
+        Remaining part of the turn over `drive_angle`, for a driver that turns fully; NaN otherwise.
     uniformity : ndarray, shape (n,)
         Least over largest speed of the guided point along the path at a steady drive, 0 ... 1.  0
         for a returning point, which rests on the way.
@@ -85,7 +85,7 @@ def drive_metrics(
     traced : Traced of n
         Windows of the stroke.
     measures : Measures of n
-        Measures of the guides, of which the driving crank is used.
+        Measures of the guides; only the driving crank is used.
     inverse : bool
         The guides are inversions of linkages with a slot, as in
         `catalogue.guidance.metrics.measure`; the measures are those of the linkages.
@@ -103,7 +103,7 @@ def drive_metrics(
     with np.errstate(all="ignore"):
         steady = (lever > 0).all(0) | (lever < 0).all(0)
         angle = np.where(steady, np.degrees(np.abs(crank[-1] - crank[0])), np.nan)
-        full = (turns & driver) > 0  # the bit of a crank is its number
+        full = (turns & driver) > 0  # bit values 1 and 2 are the numbers of the cranks
         least, most = np.abs(lever).min(0), np.abs(lever).max(0)
         found = DriveMetrics(
             driver,
@@ -129,9 +129,9 @@ class SampledPoses:
     """
 
     linkage: Linkage
-    pose: Pose  #: of the coupler at the m nodes, entries (m, n)
-    path: Complexes  #: the guided point at the nodes, (m, n)
-    ends: Complexes | None  #: of the slot that the coupler carries, at the nodes, (m, n, 2)
+    pose: Pose  #: poses of the coupler at the m nodes, entries (m, n)
+    path: Complexes  #: guided points at the nodes, (m, n)
+    ends: Complexes | None  #: ends of the slot that the coupler carries, at the nodes, (m, n, 2)
 
     @classmethod
     def of(
@@ -171,13 +171,13 @@ class SampledPoses:
     def pins(self) -> Complexes:
         """Moving pivots, shape (f, n, 2).
 
-        Of one at infinity the point of its slide nearest to the fixed one.
+        A pivot at infinity is replaced by the point of its slide nearest to the fixed pivot.
         """
         return self._fine(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
 
     @cached_property
     def slides(self) -> Complexes:
-        """Ends of rails and slots by dyad, shape (f, n, 2, 2); NaN of cranks."""
+        """Ends of rails and slots by dyad, shape (f, n, 2, 2); NaN for cranks."""
         ends = slide_ends(self.linkage, slide_runs(self.linkage, self.pose))
         moved = np.stack([self._fine(self.pose.point(z)) for z in ends.reshape(-1, 4).T], axis=-1)
         slot = (self.linkage.dyads == RP)[..., None]
@@ -197,9 +197,8 @@ class SampledPoses:
     def lever(self) -> Floats:
         """Rotation of the cranks per length of path, shape (f, n, 2) [rad/length].
 
-        Infinite at rest.
-
-        A quotient of two polynomials: it has a pole where the point is at rest.
+        It is infinite at rest: a quotient of two polynomials, with a pole where the point is at
+        rest.
         """
         with np.errstate(all="ignore"):
             speed = np.abs(self._fine(times(differentiation(len(self.path) - 1), self.path)))
@@ -207,14 +206,14 @@ class SampledPoses:
 
     @cached_property
     def missed(self) -> Floats:
-        """Relative error of crank speeds by the last two Chebyshev coefficients, (n, 2)."""
+        """Relative error of crank speeds, from the last two Chebyshev coefficients, (n, 2)."""
         with np.errstate(all="ignore"):
             last = np.abs(times(self._grid.coefficients[-2:], self._crank)).sum(0)
             return np.asarray((len(self.path) - 1) ** 2 * last / np.abs(self._turning).max(0))
 
     @property
     def unresolved(self) -> Floats:
-        """Error of the positions by the last two Chebyshev coefficients, shape (n,) [length]."""
+        """Error of the positions, from the last two Chebyshev coefficients, shape (n,) [length]."""
         last = self._grid.coefficients[-2:]
         moved = np.where(self.linkage.finite[:, :, 1], self._moved, 0.0)
         with np.errstate(all="ignore"):
@@ -255,5 +254,5 @@ def differentiation(count: int) -> Floats:
     """Return the differentiation matrix (m, m) of a grid, by the parameter in [-1, 1]."""
     points = grid(count)
     chebyshev = np.polynomial.chebyshev
-    # the derivative's coefficients, one less, evaluated at the nodes
+    # coefficients of the derivative, one fewer, evaluated at the nodes
     return np.asarray(chebyshev.chebval(points.nodes, chebyshev.chebder(points.coefficients)).T)

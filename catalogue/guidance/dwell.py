@@ -2,8 +2,9 @@
 
 The crank turns fully and steadily.  The output dyad is a rod as long as the arc's radius, from the
 guided point P to a joint D, which stands at the centre of the arc during the dwell, and a rocker
-from D to a fixed pivot E.  Everything is read on the full turn of the crank: the rocker's swing,
-how long it stands still within a given angle, and the least transmission angle at D.
+from D to a fixed pivot E.  All measures are taken over the full turn of the crank: the rocker's
+swing, the crank rotation during which it stays within a given angle, and the least transmission
+angle at D.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from .metrics import min_transmission_turn
 from .minimum_zone import grid
 from .slides import slide_ends, slide_runs
 
-#: Offsets of the band in which a rocker stands still from its angle in the reference position, in
-#: half bands.
+#: Offsets of the band in which a rocker stands still, relative to its angle in the reference
+#: position [half bands].
 OFFSETS = np.linspace(-1, 1, 21)
-#: Intervals between the Chebyshev points of the turn at which slides are read.
+#: Number of intervals between the Chebyshev points of the turn at which slides are sampled.
 NODES = 96
 
 
@@ -104,7 +105,7 @@ def dwells(path: Complexes, centre: Complexes, pivot: Complexes, residual: float
     transmission, which, angle = _rocking(path, centre, pivot)
     found = np.full((4, *pivot.shape), np.nan)
     range_ = np.ptp(angle, axis=0)
-    full = np.abs(angle[-1] - angle[0]) > 180  # over a turn that ends where it began
+    full = np.abs(angle[-1] - angle[0]) > 180  # over a turn, rather than returning to its first angle
     range_[full] = np.nan
     some = range_ >= swing
     found[0][which] = range_
@@ -116,9 +117,9 @@ def dwells(path: Complexes, centre: Complexes, pivot: Complexes, residual: float
 def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin: float | None = None) -> Floats:
     """Compute the ranges of one rocker's angle over parts of the turn [deg].
 
-    Arrays as in `dwells` with n = 1 and pivot (1,).  The part begins at `begin` [deg, as in
-    `Dwell`]; if None, all parts that contain the reference position are measured.  NaN if there is
-    none.
+    Arrays are as in `dwells`, with n = 1 and pivot (1,). A part covers `angle` of the crank and
+    begins at `begin` [deg, as in `Dwell`]; if None, all parts that contain the reference position
+    are measured. NaN if there is none.
     """
     _, _, angles = _rocking(path, centre, pivot[:, None])
     count, middle = len(path), len(path) // 2
@@ -135,7 +136,7 @@ def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin
 
 
 def _rocking(path: Complexes, centre: Complexes, pivot: Complexes) -> tuple[Floats, tuple[Integers, ...], Floats]:
-    """Compute minimum transmission angles (n, m), rockers that reach, their angles (f, k)."""
+    """Compute minimum transmission angles (n, m), which rockers reach, and their angles (f, k)."""
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])
     rod, rocker = np.abs(start - centre)[:, None], np.abs(centre[:, None] - pivot)
@@ -156,14 +157,14 @@ def _rocking(path: Complexes, centre: Complexes, pivot: Complexes) -> tuple[Floa
 def _apex(square: Floats, rod: Floats, rocker: Floats, side: Floats) -> Complexes:
     """Compute the joint of rod and rocker relative to the arm from the rocker's pivot.
 
-    `square` is the squared length of the arm; NaN where they do not reach.
+    `square` is the squared length of the arm; NaN where rod and rocker do not reach.
     """
     foot = 0.5 * (square + rocker**2 - rod**2)
     return np.asarray((foot + 1j * side * np.sqrt(square * rocker**2 - foot**2)) / square)
 
 
 def joint_places(path: Complexes, point: Complexes, joint: Complexes, pivot: Complexes) -> Complexes:
-    """Return where joints of rods and rockers are while guided points run along paths.
+    """Return the positions of joints of rods and rockers while guided points run along paths.
 
     Parameters
     ----------
@@ -185,7 +186,7 @@ def joint_places(path: Complexes, point: Complexes, joint: Complexes, pivot: Com
 
 
 def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats, Floats]:
-    """Find the longest dwell within a band: its length, its begin and the range [deg]."""
+    """Find the longest dwell within a band: its length, its start and the range [deg]."""
     count, middle = len(angle), len(angle) // 2
     step = 360.0 / count
     best, begin, held = (np.full(angle.shape[1:], value) for value in (-1.0, np.nan, np.nan))

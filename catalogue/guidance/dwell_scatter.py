@@ -1,9 +1,9 @@
 """The allowance of a dwell, and machines simulated at a scatter.
 
-The crank turns between the same directions for all pivots.  Over this part of its turn the angle of
-the rocker is, to first order, linear in the errors of all coordinates, and half its range is its
-distance from the best-placed angle.  So the allowance of a path applies to it, with one free
-coordinate.
+The crank turns between fixed directions, whatever the errors of the pivots.  Over this part of its
+turn the angle of the rocker is, to first order, linear in the errors of all coordinates, and half
+its range is its distance from the best-placed angle.  So the allowance of a path applies to it,
+with one free coordinate.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ class DwellScatter(NamedTuple):
     """Grids of the allowance of a dwell."""
 
     stations: int = 32  #: intervals between the Chebyshev points of the dwell
-    drawn: int = 64  #: the intervals for a simulated machine
+    drawn: int = 64  #: number of intervals for a simulated machine
     step: float = 1e-5  #: step of the differences [length of the driving crank]
-    output: int = 4  #: coordinates of the output dyad, joint and pivot of the rocker
+    output: int = 4  #: number of coordinates of the output dyad: joint and pivot of the rocker
 
 
 DWELL_SCATTER = DwellScatter()
 
-#: All coordinates, those of the linkage first.
+#: Number of all coordinates; those of the linkage come first.
 ALL = COUNT + DWELL_SCATTER.output
 
 
@@ -45,11 +45,11 @@ class Standing:
     Attributes
     ----------
     linkage : Linkage
-        One, in the reference position.
+        One linkage, in the reference position.
     point, joint, pivot : complex
         Guided point, joint of rod and rocker, fixed pivot of the rocker, in that position [length].
     crank : int
-        Number of the crank that drives, 1 or 2.
+        Number of the driving crank, 1 or 2.
     low, high : float
         Directions of the crank at the beginning and at the end [rad].
     """
@@ -70,7 +70,7 @@ class Standing:
         Parameters
         ----------
         band : float
-            Width of the band of its angles [rad].
+            Width of the band of the rocker's angles [rad].
 
         Returns
         -------
@@ -95,7 +95,7 @@ class Standing:
     def kept_share(self, scatter: float, band: float, draws: int = SIMULATION.draws) -> float:
         """Compute the fraction of simulated machines within a band [rad], at a scatter [length].
 
-        Machines that do not run through the dwell are outside.
+        Machines that cannot move through the dwell count as outside.
         """
         steps = scatter * np.random.default_rng(SIMULATION.seed).normal(size=(draws, ALL)) * self._scattered
         with np.errstate(all="ignore"):

@@ -1,10 +1,10 @@
 """Allowances along arcs of any radius, on the finite motion of displaced machines.
 
 The best-fitting circle of free radius moves far where its arc is shallow, and not in proportion to
-the scatter.  By the linear theory of `allowance` a path leaves its tolerance A at a displacement
-R u of the coordinates, along each direction u, and its deviation grows there by m / R per unit.  A
-machine displaced by R u has in fact the deviation A + d, and so leaves the tolerance at
-R / (1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the
+the scatter. By the linear theory of `allowance` a path leaves its tolerance A at a displacement R u
+of the coordinates, along each direction u, and its deviation grows there by m / R per unit. On the
+finite motion a machine displaced by R u has the deviation A + d, and so leaves the tolerance at R /
+(1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the
 directions, weighted by their shares in the tail of the scatter.  The deviation kept at a given
 scatter changes by the mean of d, with these shares over m as weights.  Machines are displaced in
 the directions of the largest shares.
@@ -32,14 +32,15 @@ FREE = 3
 class FiniteScatter(NamedTuple):
     """Displacements of machines along arcs of free radius."""
 
-    #: Directions in which machines are displaced, of 120; half as many leave the probability open
-    #: by 2 %.
+    #: Number of directions in which machines are displaced, of 120; with half as many the error of
+    #: the probability is 2 %.
     directions: int = 32
     nodes: int = 32  #: intervals between the Chebyshev points of a path
-    rounds: int = 6  #: Newton steps to the ends of a window
+    rounds: int = 6  #: number of Newton steps for the ends of a window
     step: float = 1e-6  #: step of the difference quotient of a speed [windows]
-    reached: float = 1e-7  #: error of an end at which it is reached [strokes]
-    #: Reach over the linear one along a direction in which the displaced machine does not run.
+    reached: float = 1e-7  #: error of an end at which the iteration stops [strokes]
+    #: Ratio of finite to linear reach along a direction in which the displaced machine does not
+    #: move.
     broken: float = 0.5
     left: float = 0.02  #: least margin of the deviation below the tolerance [tolerances]
 
@@ -51,7 +52,7 @@ class Remainder(NamedTuple):
     """Corrections of the linear theory by the finite motion of n guides; 0 where not evaluated."""
 
     log_allowance: Floats
-    deviation: Floats  #: [length]
+    deviation: Floats  #: correction of the deviation [length]
 
 
 def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
@@ -99,9 +100,9 @@ def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced:
 def remainder(
     tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, reach: Reach
 ) -> Remainder:
-    """Compute the correction of allowances by the finite motion, (n,).
+    """Compute the corrections of allowances by the finite motion, (n,).
 
-    `reach` is the distance of the paths from the tolerances by the linear theory.
+    `reach` holds the distances of the paths from their tolerances by the linear theory.
     """
     n, deviation = len(guides), traced.fit.deviation.astype(float)
     found = Remainder(np.zeros(n), np.zeros(n))
@@ -129,8 +130,8 @@ def remainder(
 def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats) -> Floats:
     """Compute the deviations of machines displaced by steps (k, 10), shape (k,) [length].
 
-    They are measured between fixed positions along the nominals; NaN where a machine does not cover
-    them.
+    Deviations are measured between fixed positions along the nominals; NaN where a machine does not
+    reach these.
     """
     each = np.repeat(np.arange(len(guides)), len(steps) // len(guides))
     linkage, point, valid = displaced(guides.linkage[each], guides.point[each], steps)
@@ -147,7 +148,7 @@ def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats)
 def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     """Solve for the parameters at which displaced guides pass the ends of nominals, (n,) each.
 
-    Newton's method, from the windows of the given guides; NaN where it does not converge.
+    Newton's method starts from the windows of the given guides; NaN where it does not converge.
     """
     fit = traced.fit
     low, high = traced.low.astype(float), traced.high.astype(float)
@@ -171,7 +172,7 @@ def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
 
 
 def _along(fit: Fit, z: Complexes) -> Floats:
-    """Return where the feet of points (m, n) stand along nominals, rising from start to end."""
+    """Return the positions of points' feet (m, n) along nominals, from start to end."""
     x, y = seen(z.real, z.imag, fit.start + 0.5 * fit.stroke * fit.along, fit.along)
     place: Floats = concentric(x, y - fit.rise, fit.curvature)[1]
     return place

@@ -14,15 +14,15 @@ from .trace import Traced
 
 
 class FixedNominal(NamedTuple):
-    """How a path is measured from a nominal fixed in place."""
+    """Options of the measurement from a nominal in a fixed place."""
 
-    rounds: int = 5  #: corrections of a window until its ends are those of the nominal
-    ends: float = 1e-9  #: error of the ends at which they are [strokes]
-    #: Part of the deviation that the nodes may miss; else it is measured again with twice and four
-    #: times as many.
+    rounds: int = 5  #: number of corrections of a window until its ends coincide with those of the nominal
+    ends: float = 1e-9  #: error of the ends at which they coincide [strokes]
+    #: Error of interpolation over the deviation that is accepted; otherwise the number of nodes is
+    #: doubled and quadrupled.
     resolved: float = 1e-4
     away: float = 0.1  #: distance from the nominal up to which a path is followed [strokes]
-    rounding: float = 1e-15  #: deviation that is rounding [strokes]
+    rounding: float = 1e-15  #: deviation that counts as rounding [strokes]
 
 
 NOMINAL = FixedNominal()
@@ -43,7 +43,7 @@ class Nominal:
         return complex(0.5 * self.stroke, -np.sqrt(self.radius**2 - 0.25 * self.stroke**2))
 
     def at(self, share: Floats) -> tuple[Complexes, Complexes]:
-        """Return points from 0 (start) to 1 (end), and their outward unit normals."""
+        """Return points at shares of the nominal, 0 to 1, and their outward unit normals."""
         if not np.isfinite(self.radius):
             places: Complexes = np.add(share * self.stroke, 0j)  # as precise as the shares
             return places, np.full(share.shape, 1j)
@@ -51,10 +51,10 @@ class Nominal:
         return self.centre + 1j * self.radius * turn, 1j * turn
 
     def along(self, z: Array) -> tuple[Floats, Complexes]:
-        """Project points: position of the foot from the middle, and direction there."""
+        """Project points: position of the foot, relative to the middle, and direction there."""
         if not np.isfinite(self.radius):
             return z.real - 0.5 * self.stroke, np.ones_like(z, complex)
-        spoke = -1j * (z - self.centre)  # 1 in the middle
+        spoke = -1j * (z - self.centre)  # 1 in the middle of the arc
         return -self.radius * np.angle(spoke), spoke / np.abs(spoke)
 
     def off(self, z: Complexes) -> Floats:
@@ -72,9 +72,9 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
 
     `nodes` are intervals between Chebyshev points.
 
-    The deviation is the largest distance of the path from that line or arc, over the part of the
-    path whose feet on it run from one end to the other; NaN where the point does not run so far, or
-    runs backwards, or leaves the nominal by a tenth of the stroke.
+    The deviation is the largest distance of the path from the nominal, over the part of the path
+    whose feet on the nominal run from one end to the other. NaN where the point does not reach both
+    ends, runs backwards, or leaves the nominal by a tenth of the stroke.
     """
     stroke = nominal.stroke
     onward = guides.tangent.real >= 0

@@ -14,7 +14,7 @@ from ..kinematics.motion import Pose
 
 
 def of_machine(linkage: Linkage, pose: Pose) -> tuple[Linkage, Pose]:
-    """Invert traced inversions back: the linkages, and their poses about their origin.
+    """Invert traced inversions back: return the linkages, and their poses about their origin.
 
     The fixed plane of an inversion is the coupler of the linkage.
 

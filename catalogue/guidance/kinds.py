@@ -8,5 +8,5 @@ POINTS = {"line": "line", "circle": "circle"}
 SLOTS = {"line": "slot", "circle": "arc"}
 #: A coupler point runs along a line or circle to the pole and back.
 RETURNS = {"line": "return-line", "circle": "return-circle"}
-#: Those whose nominal is a line.
+#: Kinds whose nominal is a line.
 STRAIGHT = tuple(kinds["line"] for kinds in (POINTS, SLOTS, RETURNS))

@@ -1,13 +1,14 @@
 """Measures of a guide: size, link lengths, transmission angles, rotation of the cranks.
 
 Over the stroke they are measured on the finite motion.  One crank drives: the one with the larger
-least transmission angle; where a crank must turn fully, the better of those that do.  All measures
-that depend on the drive are of this crank: `Measures.min_transmission` and `drive_angle` here, and
-all of `catalogue.guidance.drive`.
+minimum transmission angle; where a crank must turn fully, only cranks that turn fully are compared.
+All measures that depend on the drive refer to this crank: `Measures.min_transmission` and
+`drive_angle` here, and all of `catalogue.guidance.drive`.
 
-Over the whole turn they have a closed form.  With a the crank, g the frame, b the coupler, c the
-other crank, e the distance of the crank's fixed pivot from the line of the slider's pivot, and h
-the distance of the crank's moving pivot from the coupler line of a slide:
+Over the whole turn transmission angles and margins of rotation have a closed form.  With a the
+crank, g the frame, b the coupler, c the other crank, e the distance of the crank's fixed pivot from
+the line of the slider's pivot, and h the distance of the crank's moving pivot from the coupler line
+of a slide:
 
 =============  ====================================  =====================================
 linkage        margin                                cosine of extreme transmission angles
@@ -52,9 +53,9 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Margins up to this part of the longest of the lengths that they are made of count as 0: the
-#: residual up to which a linkage belongs to a series.  Stored members of the series with change
-#: points stay below 4e-16.
+#: Margins up to this part of the longest length in their formula count as 0: it is the residual up
+#: to which a linkage belongs to a series. Stored members of the series with change points stay
+#: below 4e-16.
 CHANGE_POINT = 1e-9
 
 
@@ -70,7 +71,7 @@ def rotation_margin(linkage: Linkage) -> Floats:
     four_bar = np.minimum(b + c - g - a, np.abs(g - a) - np.abs(b - c))
     margin = _of_kind(kind, four_bar, b - a - e, np.abs(g - a) - h)
     longest = np.maximum(a, _of_kind(kind, np.maximum(np.maximum(g, b), c), np.maximum(b, e), g))
-    # coordinates are rounded where they stand, which may be far out
+    # the rounding of coordinates depends on their distance from the origin
     z = np.where(linkage.finite, np.abs(linkage.points), 0).max((1, 2))
     nothing = CHANGE_POINT * longest + 8 * np.finfo(float).eps * z[:, None]
     margin = np.where(np.abs(margin) <= nothing, 0.0, margin)
@@ -78,16 +79,16 @@ def rotation_margin(linkage: Linkage) -> Floats:
 
 
 def rotates(linkage: Linkage) -> Integers:
-    """Return which cranks turn fully, shape (n,): bit i for dyad i; at a change point they do."""
+    """Return which cranks turn fully, shape (n,): bit i for dyad i; at a change point it is set."""
     full = rotation_margin(linkage) >= 0
     return np.asarray(1 * full[:, 0] + 2 * full[:, 1])
 
 
 def nearest_to_turning(linkage: Linkage) -> Integers:
-    """Select the cranks that turn fully, else the one nearest to it, shape (n,).
+    """Select the cranks that turn fully, else the crank nearest to it, shape (n,).
 
-    Bit i stands for dyad i.  During refinement a crank that is required to turn fully thus drives
-    before it does.
+    Bit i stands for dyad i. In a refinement with a required full rotation this crank drives before
+    it turns fully.
     """
     margin = rotation_margin(linkage)
     nearest = 1 + np.greater(*np.nan_to_num(margin.T[::-1], nan=-np.inf))
@@ -105,8 +106,8 @@ def transmission_turn(linkage: Linkage) -> Floats:
     margin = rotation_margin(linkage)
     near, far = np.abs(g - a), g + a
     with np.errstate(all="ignore"):
-        # tangents of half an angle and of an angle, from factors each of which is a difference of
-        # lengths: no digits are lost where the angle is small
+        # tangents of half an angle and of an angle, from factors that are differences of lengths:
+        # no digits are lost where the angle is small
         inner = 2 * np.arctan2(np.sqrt((near - (b - c)) * (near + (b - c))), np.sqrt((b + c - near) * (b + c + near)))
         outer = 2 * np.arctan2(np.sqrt((b + c - far) * (b + c + far)), np.sqrt((far - (b - c)) * (far + (b - c))))
         four_bar = np.fmin(inner, np.pi - inner)
@@ -134,7 +135,7 @@ def min_transmission_turn(linkage: Linkage, driver: Integers | None = None) -> F
 def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
     """Compute a, g, b, c, e and h of either crank, shape (n, 2) each.
 
-    A length that the family lacks is undefined.
+    Lengths that a family does not have are undefined.
     """
     z = linkage.points
     pivot, pin, far_pivot, far_pin = z[:, :, 0], z[:, :, 1], z[:, ::-1, 0], z[:, ::-1, 1]
@@ -151,24 +152,24 @@ def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
 def _of_kind(
     kind: Integers, four_bar: npt.NDArray[Scalar], slider: npt.NDArray[Scalar], slide: npt.NDArray[Scalar]
 ) -> npt.NDArray[Scalar]:
-    """Return what belongs to the kind of the driven dyad."""
+    """Select values by the kind of the driven dyad."""
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
 
 class MetricsGrid(NamedTuple):
     """Grid of transmission angle and path."""
 
-    poses: int = 17  #: positions; four times as many where the error is too large
-    most: int = 257  #: most positions
-    #: Error above which the grid is refined: of the sine of the angle, and of the path over the
+    poses: int = 17  #: number of positions; it is quadrupled where the error is too large
+    most: int = 257  #: largest number of positions
+    #: Error above which the grid is refined: in the sine of the angle, and in the path over the
     #: size.
     missed: float = 1e-4
 
 
 METRICS_GRID = MetricsGrid()
 
-#: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs
-#: no guide.
+#: Distance of a guided point from a moving pivot, over the stroke, below which the point counts as
+#: the pivot, which needs no guide.
 LEAST_ARM = 0.05
 
 
@@ -181,8 +182,8 @@ class Measures(Rows):
     Attributes
     ----------
     size : ndarray
-        Diameter of the finite pivots, of rails and slots, in mid-stroke, together with the guided
-        path, read between `METRICS_GRID.poses` points of it.
+        Diameter of the finite pivots, rails and slots in mid-stroke, together with the guided path,
+        which is interpolated between `METRICS_GRID.poses` points.
     max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray
@@ -190,27 +191,28 @@ class Measures(Rows):
     max_arm : ndarray
         Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
     min_transmission : ndarray
-        Least transmission angle over the stroke when that crank drives [deg]: the angle between the
-        ray of the driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
-        Without a crank: the better dyad.
+        Minimum transmission angle over the stroke [deg]: the angle, 0 ... 90, between the ray of
+        the driven dyad and the line from the moving pivot of the driving crank to that dyad.
+        Without a crank the better dyad drives.
     driver : ndarray of int
-        Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no
-        crank.
+        Number of the driving crank, 1 or 2, selected as the head of the module says; 0 where there
+        is no crank.
     drive_angle, rotation : ndarray
-        By how much that crank turns from end to end, NaN without one; range of the coupler's
-        angles, as far as `METRICS_GRID.poses` positions show it [deg].  More exactly:
+        Rotation of the driving crank from end to end, NaN without one; range of the coupler's
+        angles; both from `METRICS_GRID.poses` positions [deg]. More exact values:
         `catalogue.guidance.drive`.
     rotates : ndarray of int
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
-        x0, y0, x1, y1 of the finite fixed pivots and rails (of all finite pivots, rails and slots,
-        in mid-stroke) in the frame whose origin is the middle of the stroke and whose x axis runs
-        along it; NaN where there is none.
+        Bounding boxes (x0, y0, x1, y1) of the finite fixed pivots and rails, and of all finite
+        pivots, rails and slots in mid-stroke. The origin is the middle of the stroke, the x axis
+        runs along it; NaN where there is nothing to bound.
     travel : ndarray
         Longest travel of a slide over the stroke, see `catalogue.guidance.slides`; NaN with cranks
         only.
     slides : complex ndarray, shape (n, 2, 2)
-        By dyad, ends of its rail or slot in mid-stroke, as the guides are traced; NaN of a crank.
+        Ends of the rail or slot of each dyad in mid-stroke, as the guides are traced; NaN for a
+        crank.
     """
 
     size: Floats
@@ -249,18 +251,18 @@ def measure(
     Parameters
     ----------
     in_middle : bool
-        The reference position is that of mid-stroke; else the pivots there are interpolated between
-        the poses, with an error of a few thousandths of the size.
+        Whether the reference position is mid-stroke; else pivots in mid-stroke are interpolated
+        between the poses, with an error of a few thousandths of the size.
     turning : bool
-        A crank must turn fully; it is the driver, or, where none does, the crank with the largest
-        margin.
+        Whether the driver must turn fully; where no crank does, the one with the largest margin
+        drives.
     driver : ndarray of int, shape (n,)
         Numbers of the driving cranks; 0: the better one.
     inverse : bool
-        The guides are inversions of linkages whose coupler carries a slot over a fixed point.  All
-        measures are those of these linkages, over the same motion; `max_arm` is then the distance
-        of the middle of the slot from the nearer moving pivot, and the boxes are in the frame of
-        the slot in mid-stroke.
+        Whether the guides are inversions of linkages whose coupler carries a slot over a fixed
+        point.  All measures are those of these linkages, over the same motion; `max_arm` is then
+        the distance of the middle of the slot from the nearer moving pivot, and the boxes are in
+        the frame of the slot in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
@@ -271,7 +273,7 @@ def measure(
         path = pose.point(point)
         run = slide_runs(linkage, pose)
         middle = _middle(path, traced)
-        still = guides.cusp | in_middle  # at a cusp: where the point turns
+        still = guides.cusp | in_middle  # at a cusp the pivots are taken where the point turns
         slides = _in_middle(linkage, pose, slide_ends(linkage, run), middle, still)
         z = linkage.points
         at = [pose.point(z[:, i, 1]) for i in (0, 1)]
@@ -280,7 +282,8 @@ def measure(
             machine, pose = of_machine(linkage, pose)
             carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        may_drive = nearest_to_turning(machine) if turning else driver  # the bit of a crank is its number
+        # bit values 1 and 2 are the numbers of the cranks
+        may_drive = nearest_to_turning(machine) if turning else driver
         angle, drives, missed = transmission(machine, carried, pose.x, may_drive)
         drive_angle, rotation = _turned(machine, carried, pose.x, drives)
         fixed = _finite(linkage, 0)
@@ -368,7 +371,8 @@ def _across(path: Complexes) -> Floats:
     """Compute the diameter of paths (m, n), interpolated between points, shape (n,)."""
     fine = times(grid(len(path) - 1).fine, path)
     most = np.zeros(path.shape[1])
-    for apart in range(len(fine) // 4, len(fine)):  # of places nearer along the path none are far apart
+    # places closer along the path than a quarter of it are not far apart
+    for apart in range(len(fine) // 4, len(fine)):
         most = np.maximum(most, largest(np.abs(fine[apart:] - fine[:-apart])))
     return np.asarray(most)
 
@@ -386,12 +390,11 @@ def _reach(path: Complexes, pivots: Complexes) -> Floats:
 def transmission(
     linkage: Linkage, at: list[Complexes], x: Complexes, turns: Integers | None = None
 ) -> tuple[Floats, Integers, Floats]:
-    """Compute the least transmission angle over the poses, shape (n,) [deg].
+    """Compute the minimum transmission angle over the poses, shape (n,) [deg].
 
-    Also the number of the driving crank, and the possible error of the sine between the poses.
-
-    `turns` selects the cranks that may drive, bit i for dyad i.  The better one of them drives; the
-    better of both where none is selected.  For the other parameters see `transmissions`.
+    Return also the number of the driving crank, and an estimate of the error of the sine between
+    the poses. `turns` selects the cranks that may drive, bit i for dyad i; where none is selected
+    both may. The better one drives. For the other parameters see `transmissions`.
     """
     (least, missed), may = transmissions(linkage, at, x), linkage.dyads.T == RR
     if turns is not None:
@@ -407,13 +410,13 @@ def transmission(
 def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[Floats, Floats]:
     """Compute the minimum transmission angle over the poses with either dyad driving.
 
-    The sine of the angle is interpolated between the poses, its minimum by a parabola.
+    The sine of the angle is interpolated between the poses, and its minimum by a parabola.
 
     Parameters
     ----------
     linkage : Linkage
     at : list of complex ndarray, shape (m, n) each
-        Moving pivots (of a slide: any finite point) at Chebyshev points of the stroke [length].
+        Moving pivots, or any finite point of a slide, at Chebyshev points of the stroke [length].
     x : complex ndarray, shape (m, n)
         exp(i theta) - 1 of the coupler's angles there.
 
@@ -422,7 +425,7 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[
     ndarray, shape (2, n)
         Angles [deg]; -1 for a dyad that is no crank, if the other is one.
     ndarray
-        Error of the interpolated sine, by its last two Chebyshev coefficients.
+        Error of the interpolated sine, from its last two Chebyshev coefficients.
     """
     kind = linkage.dyads
     points = grid(len(x) - 1)
@@ -430,7 +433,7 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[
     for driver, sine in enumerate(transmission_sines(linkage, at, x)):
         missed.append(np.abs(points.coefficients[-2:] @ sine).sum(axis=0))
         sine = points.fine @ sine
-        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
+        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # the motion passes a dead point
         smallest = np.clip(-largest(-np.abs(sine)), 0, 1)
         angle = np.where(through, 0.0, np.degrees(np.arcsin(smallest)))
         no_crank = (kind != RR).all(1)
@@ -460,7 +463,7 @@ def _finite(linkage: Linkage, plane: int) -> Complexes:
 def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Integers) -> tuple[Floats, Floats]:
     """Compute the rotation of the driving crank, and the range of the coupler's angle [deg].
 
-    Accumulated from pose to pose, so rotations beyond 180 degrees are counted.
+    Rotations are accumulated from pose to pose, so that those beyond 180 degrees are counted.
     """
     second = driver == 2
     spoke = np.where(second, at[1], at[0]) - np.where(second, linkage.points[:, 1, 0], linkage.points[:, 0, 0])
@@ -484,7 +487,7 @@ def middle_of_stroke(moving: Motion, point: Complexes, traced: Traced, cusp: Mas
 
 
 def _middle(path: Complexes, traced: Traced) -> tuple[Indices, Floats]:
-    """Pose index before the middle of the stroke and the share of the step to it."""
+    """Return the index of the pose before mid-stroke, and the fraction of the step to it."""
     run = ((path - traced.fit.start) * traced.fit.along.conj()).real - 0.5 * traced.fit.stroke
     k = np.clip((run < 0).sum(0) - 1, 0, len(run) - 2)
     a, b = (np.take_along_axis(run, (k + j)[None], 0)[0] for j in (0, 1))

@@ -11,12 +11,12 @@ is the distance from a line for c = 0 and loses no digits on the way there.  To 
 of the circle adds to it  p(X) / (1 + (c X / 2)^2):  p a polynomial of degree 2 in X = 2
 tan(theta/2) / c, theta the angle about its centre.
 
-How the accuracy is known: (1) `Fit.unresolved` bounds the part of the path that the interpolant
-misses by its last two Chebyshev coefficients; (2) the extremes are read on four points per node and
-corrected by a parabola, an error below 1e-4 of the deviation for up to eight oscillations per path;
-(3) the line or circle alternates on the extremes, so no other one can do better by more than the
-spread between them.  Rounding of the path itself is about 4e-16 of the stroke in double precision;
-use extended precision below a deviation of 1e-12 of the stroke.
+Accuracy: (1) `Fit.unresolved` bounds the error of the interpolant by its last two Chebyshev
+coefficients; (2) the extremes are evaluated on four points per node and corrected by a parabola,
+with an error below 1e-4 of the deviation for up to eight oscillations per path; (3) the line or
+circle alternates on the extremes, so no other one can do better by more than the spread between
+them.  Rounding of the path itself is about 4e-16 of the stroke in double precision; use extended
+precision below a deviation of 1e-12 of the stroke.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from ..kinematics.types import Complexes, Floats, Indices, Mask, Scalar
 
 
 class MinimumZone(NamedTuple):
-    """Iterations of the minimum zone."""
+    """Limits of the iterations of the minimum zone."""
 
-    exchanges: int = 12  #: most exchanges to the best polynomial
-    passes: int = 5  #: most linearisations of a circle
-    #: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends
-    #: may be farthest apart.
+    exchanges: int = 12  #: largest number of exchanges for the best polynomial
+    passes: int = 5  #: largest number of linearisations of a circle
+    #: Rise of an arc over half its chord, tan(angle / 4), above which its ends may not be its
+    #: farthest points.
     wide: float = 0.86
-    moved: float = 1e-5  #: change by a linearisation, over the error, above which another follows
-    rounding: float = 1e-16  #: the change that is rounding [largest abscissa]
-    exceeds: float = 1e-6  #: relative excess over the level above which a point is exchanged
+    moved: float = 1e-5  #: change by a linearisation, over the error, above which another one follows
+    rounding: float = 1e-16  #: change that counts as rounding [largest abscissa]
+    exceeds: float = 1e-6  #: relative excess over the level above which a point enters the exchange
 
 
 MINIMUM_ZONE = MinimumZone()
@@ -113,12 +113,12 @@ class Fit(Columns):
     along : complex ndarray
         Unit vector from the first end to the last.
     curvature : ndarray
-        Of the best circle, positive to the left of `along` [1/length]; 0 for a line.
+        Curvature of the best circle, positive to the left of `along` [1/length]; 0 for a line.
     rise : ndarray
         Height of the middle of the nominal over its chord, positive to the left of `along`; 0 for a
         line [length].
     unresolved : ndarray
-        Bound on what the interpolant misses [length].
+        Bound on the error of the interpolant [length].
     """
 
     deviation: Floats
@@ -160,9 +160,9 @@ def minimum_zone(
 
     NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the
     path; the arc must stay below a half circle, else NaN.  With `held`, curvatures (n,) positive to
-    the left of the way from the first end to the last, only the place of the circle is sought: the
-    deviation is then the largest distance from the best-placed arc of exactly that radius, whatever
-    the radius (a straight line is the case 0).  `between`: see `exchange`.
+    the left of the direction from the first end to the last, only the place of the circle is
+    fitted: the deviation is then the largest distance from the best-placed arc of exactly that
+    radius (0: a straight line).  `between`: see `exchange`.
     """
     size = 4 if circle and held is None else 3
     index = np.repeat(reference(size, len(nodes.fine) - 1)[:, None], u.shape[1], axis=1)
@@ -172,7 +172,7 @@ def minimum_zone(
 def alternating(
     u: Floats, v: Floats, circle: bool, nodes: Grid, held: Floats | None, index: Indices, *, between: bool = False
 ) -> tuple[Fit, Indices]:
-    """Fit minimum zones, and return their alternation points (4, n), of held ones (3, n).
+    """Fit minimum zones; return them and their alternation points (4, n), or (3, n) if `held`.
 
     `index` is a guess of these points.
     """
@@ -190,7 +190,7 @@ def alternating(
             sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
             curvature = -2 * sagitta / (sagitta**2 + half**2)
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
-        if not circle:  # a strip depends on its position linearly, on its tilt nearly so
+        if not circle:  # a strip depends linearly on its position, and nearly so on its tilt
             x, y = seen(u, v, np.zeros_like(origin), chord)
             c, error, index = exchange(x, y, index, between=between)
             centre, heading = shifted(origin, chord, c[0], c[1])
@@ -224,15 +224,15 @@ def alternating(
 def _across(slope: Floats, error: Floats, x: Floats) -> Floats:
     """Compute half widths of strips narrowest across the x axis, extremes at x (3, n).
 
-    Such a strip is narrowest across its own axis too if turning it either way widens it: by half
-    a gap between its extremes per slope, more than the tilt takes off.  NaN where it is not.
+    Such a strip is narrowest across its own axis too if rotation either way widens it: by half a
+    gap between its extremes per unit of slope, more than the tilt reduces it. NaN where this fails.
     """
     grows = 0.5 * np.abs(np.diff(x, axis=0)).min(0) * (1 + slope**2) >= error * np.abs(slope)
     return np.where(grows, error / np.hypot(1, slope), np.nan)
 
 
 def seen(u: Floats, v: Floats, origin: Complexes, along: Complexes) -> tuple[Floats, Floats]:
-    """Return points along and across the unit vectors `along`, from origins."""
+    """Return coordinates of points along and across unit vectors `along`, from origins."""
     x, y = u - origin.real, v - origin.imag
     return x * along.real + y * along.imag, y * along.real - x * along.imag
 
@@ -269,11 +269,11 @@ def exchange(
 ) -> tuple[Floats, Floats, Indices]:
     """Approximate g uniformly by a polynomial in x of degree len(index) - 2, over `by` (Remez).
 
-    With `peaks`, extremes of the reference between the points are read off parabolas; with
-    `between` those of the whole path are exchanged so, too: none is larger than the error by more
-    than 1e-6 of it.  Returns the coefficients (k - 1, n), the largest error (n,), and the reference
+    With `peaks`, extremes of the reference between the points are evaluated by parabolas; with
+    `between` this holds for all extremes of the path: none exceeds the returned error by more than
+    1e-6 of it.  Returns the coefficients (k - 1, n), the largest error (n,), and the reference
     (indices of the alternating extremes, (k, n)).  A path leaves the exchange as soon as its
-    reference stands, so that none costs more than it needs nor depends on its neighbours.
+    reference is final, so that its result and cost do not depend on the other paths.
     """
     size, n = index.shape
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
@@ -301,7 +301,7 @@ def exchange(
     if not between:
         more, level = _level(x, _peaks(c, x, g, index, by) if peaks else _at(c, x, g, index, by), index, sign, by)
         c = c + more
-    noise = np.where(value <= 4 * rounding, value, 0)  # where the exchange stopped short of it
+    noise = np.where(value <= 4 * rounding, value, 0)  # where the exchange stopped within rounding
     return c, np.maximum(np.abs(level), noise), index
 
 
@@ -321,11 +321,13 @@ def _level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats | Non
     """Solve for the polynomial (over `by`) with alternating errors at the reference."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
-    far = xs[-1] - xs[0]  # as unit, so that no cube of it leaves the range of numbers
+    far = xs[-1] - xs[0]  # unit of x, so that no cube of it over- or underflows
     both[0], both[1] = gs, sign
     if by is not None:
         both *= by[index, column]
-    divided = [both[:, 0]]  # differences of the values and of the signs: the polynomial leaves none of the last order
+    # divided differences of the values and of the signs: that of highest order vanishes for the
+    # polynomial
+    divided = [both[:, 0]]
     for k in range(1, len(xs)):
         both = (both[:, 1:] - both[:, :-1]) * (far / (xs[k:] - xs[:-k]))
         divided.append(both[:, 0])
@@ -340,12 +342,12 @@ def _level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats | Non
 def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indices:
     """Exchange a point of the alternating reference for `new`, so that signs alternate.
 
-    `like_first`: whether the residual of `new` has the sign of that of the first point.
+    `like_first` tells whether the residuals at `new` and at the first point have equal signs.
     """
     size = len(index)
-    below = (index < new).sum(0)  # how many points lie before it
-    # the sign of point k is that of the first times (-1)^k; of the two neighbours the one of equal
-    # sign goes
+    below = (index < new).sum(0)  # number of points before it
+    # the sign of point k is that of the first times (-1)^k; of the two neighbours of `new` the one
+    # of equal sign is replaced
     parity = np.where(like_first, 0, 1)
     left = below - 1
     target = np.where((left >= 0) & (left % 2 == parity), left, below)
@@ -379,7 +381,7 @@ def largest(values: Floats) -> Floats:
 
 
 def raised(values: Floats) -> Floats:
-    """Raise local maxima of values (m, n) to those of parabolas."""
+    """Replace local maxima of values (m, n) by those of parabolas."""
     low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high
     peak = (at >= low) & (at >= high) & (bend < 0)
@@ -389,5 +391,5 @@ def raised(values: Floats) -> Floats:
 
 
 def resolved(found: Fit, tolerance: float = 1e-4, floor: Floats | float = 4e-16) -> Mask:
-    """Return where the interpolant errs by less than `tolerance`, or than rounding, (n,)."""
+    """Tell where the error of the interpolant is below `tolerance`, or below rounding, (n,)."""
     return np.asarray(found.unresolved <= tolerance * found.deviation + floor * found.stroke)

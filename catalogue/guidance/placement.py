@@ -20,16 +20,16 @@ class Placement(NamedTuple):
 
     #: Deviation below which a guide is measured again in extended precision [strokes].
     fine: float = 1e-11
-    rounds: int = 3  #: corrections to the requested chord
-    cusp_rounds: int = 10  #: corrections from a cusp: the chord turns as it grows
-    #: Most corrections until the ends of a path are equally far from its guided point: near a half
-    #: circle each leaves up to a third of the last.
+    rounds: int = 3  #: number of corrections to the requested chord
+    cusp_rounds: int = 10  #: number of corrections from a cusp, where the chord rotates as it grows
+    #: Largest number of corrections until the ends of a path are equally far from its guided point:
+    #: near a half circle each one leaves up to a third of the error.
     point_rounds: int = 30
-    #: Correction of an end below which it stays [half windows]: answers that are read again keep
-    #: 11 digits of their stroke.
+    #: Correction of an end below which the iteration stops [half windows]: answers that are read
+    #: again keep 11 digits of their stroke.
     still: float = 1e-12
     reached: float = 1e-11  #: smallest relative correction of a stroke
-    corrections: int = 2  #: most corrections of a stroke
+    corrections: int = 2  #: largest number of corrections of a stroke
 
 
 PLACEMENT = Placement()
@@ -40,8 +40,9 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
 
     Returns the linkages at mid-stroke, the guided points (n,), and the traces in unchanged charts.
 
-    Guides whose paths have a cusp are given as they stand there, at (0, 0), those at a change point
-    as they stand at it, wherever that is on the stroke.  One that was not traced stays where it is.
+    Guides whose paths have a cusp are returned in that position, with the cusp at (0, 0); those at
+    a change point in that position, wherever it is on the stroke. Guides without a trace keep their
+    place.
     """
     there = _there(traced)
     now, here, seen = mid_stroke(guides, traced)
@@ -64,16 +65,16 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
 def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Traced]:
     """Move linkages and guided points along their motion to mid-stroke, a cusp or a change point.
 
-    Returns them in place, and their traces with parameters relative to this position, in their
-    charts.
+    Return them without displacement of the frame, and their traces in unchanged charts, with
+    parameters relative to this position.
     """
     there = _there(traced)
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
-    t = np.where(moving.branch != 0, 0.0, t)  # beside a change point double has no digits that tell the branches apart
+    t = np.where(moving.branch != 0, 0.0, t)  # near a change point double precision does not distinguish the branches
     pose = moving.pose(t[None])
-    # a parameter is the tangent of half an angle: angles are subtracted
+    # parameters are tangents of half angles: subtract the angles
     low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
     return pose.linkages(linkage), pose.point(point)[0], Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
@@ -91,7 +92,7 @@ def mirrored(linkage: Linkage, point: Complexes, stroke: float, reverse: Mask, o
 
 
 def mirrored_places(z: Complexes, stroke: float, reverse: Mask, over: Mask) -> Complexes:
-    """Return where places (n, ...) of guides are after `mirrored`."""
+    """Return places (n, ...) of guides as moved by `mirrored`."""
     reverse, over = (side.reshape(-1, *(1,) * (z.ndim - 1)) for side in (reverse, over))
     seen = np.where(reverse != over, np.conj(z), z)
     return np.asarray(np.where(reverse, stroke - seen, seen))
@@ -109,8 +110,8 @@ def at_stroke(
     """Trace guides, points unchanged, over windows of exactly this stroke.
 
     NaN where the guide does not reach so far.  If `extend`, deviations below `PLACEMENT.fine` are
-    measured in extended precision.  With the `curvature` of arcs that run from (0, 0) to (stroke,
-    0), positive for a centre above, that is the curvature of the nominal.
+    measured in extended precision.  `curvature` fixes the curvature of the nominal, an arc from (0,
+    0) to (stroke, 0), positive for a centre above.
     """
     held = None if curvature is None else along_path(guides, curvature)
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
@@ -138,17 +139,17 @@ def at_stroke(
 
 
 def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> Floats:
-    """Return the strokes of guides that return, over windows of a length, shape (n,)."""
+    """Return the strokes of guides that return, over windows of given length, shape (n,)."""
     if not circle:
         return np.asarray(trace(guides, half, circle=False, split=False, nodes=nodes).fit.stroke)
     u, v = guides.path(np.stack(guides.window(-half, half)))
-    return np.asarray(np.abs(0.5 * (u.sum(0) + 1j * v.sum(0))))  # a chord, whatever the circle
+    return np.asarray(np.abs(0.5 * (u.sum(0) + 1j * v.sum(0))))  # the chord, whatever the circle
 
 
 def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
     """Solve for half length and centre of windows of a stroke, centred at the guided points.
 
-    Each round takes the ends from the circles through the last ones and the guided points.
+    Each round computes the ends on circles through the last ends and the guided points.
     """
     low, high = -0.5 * stroke, 0.5 * stroke
     left, extent = np.arange(len(guides)), guides.extent
@@ -174,7 +175,7 @@ def _ends_on_circle(ends: Complexes, stroke: Floats) -> tuple[Floats, Floats]:
     Parameters
     ----------
     ends : complex ndarray, shape (2, n)
-        One place of the circle before 0, one behind it [length].
+        One place of each circle before 0, one after it [length].
     """
     with np.errstate(all="ignore"):
         before, behind = 1 / ends
@@ -194,10 +195,9 @@ def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:
 def near_stroke(guides: CouplerCurve, stroke: float, *, circle: bool, curvature: float | None = None) -> Traced:
     """Trace guides, points unchanged, over windows with ends `stroke` apart [length].
 
-    NaN out of reach.
-
-    The stroke along a line is off by a few deviations squared.  With a `curvature`, positive for a
-    centre above, the nominal has exactly that, and the stroke is the one asked for.
+    NaN where a guide does not reach so far. The error of the stroke along a line is a few
+    deviations squared. With a `curvature`, positive for a centre above, the nominal has exactly
+    this curvature, and the stroke is exactly the requested one.
     """
     held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
@@ -221,10 +221,9 @@ def _corrected(
 ) -> tuple[Traced, Floats, Floats]:
     """Trace guides until their strokes are exact.
 
-    Also return half length and centre of the windows.
-
-    The chord of a path is longer than its run along the best line, and its middle lies elsewhere:
-    along that line the guided point, unless it returns, is to be halfway.
+    Return also half lengths and centres of the windows. The chord of a path is longer than its
+    extent along the best line, and has another middle: along that line the guided point, unless it
+    returns, must be halfway.
     """
     stroke, half, centre = np.broadcast_to(stroke, half.shape), half.copy(), centre.copy()
     for _ in range(PLACEMENT.corrections):
@@ -247,7 +246,7 @@ def _corrected(
 
 
 def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
-    """Solve for half windows with their ends `chord` apart, starting at `half`; fit nothing."""
+    """Solve for half windows whose ends are `chord` apart, starting at `half`, without a fit."""
     for _ in range(PLACEMENT.rounds):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)
         u, v = guides.path(np.stack([low, high]))

@@ -17,15 +17,15 @@ LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 
 
 class ReachOptions(NamedTuple):
-    """Trial strokes of a reach."""
+    """Options of the trial strokes of a reach."""
 
-    strokes: int = 10  #: trial strokes: a geometric sequence down from the longest
+    strokes: int = 10  #: number of trial strokes: a geometric sequence down from the longest
     ratio: float = 0.62  #: ratio of two successive trial strokes
-    #: Corrections of a window about a change point: they leave less than 1e-4 of the half window
-    #: open.
+    #: Number of corrections of a window about a change point: they leave an error below 1e-4 of the
+    #: half window.
     rounds: int = 4
     nodes: int = 16  #: intervals between the Chebyshev points of a window
-    usable: float = 0.95  #: part of the extent that is used: at its very end the path turns back
+    usable: float = 0.95  #: usable part of the extent: at its very end the path turns back
 
 
 REACH = ReachOptions()
@@ -53,8 +53,8 @@ class Ladder(Columns):
 def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
     """Trace each guide over a sequence of strokes.
 
-    Where a point has `three` merged inflections, (n,), a stroke is also tried off centre, to
-    either side, and the best of these centres is taken.
+    Where a point has `three` merged inflections, (n,), each stroke is also tried off centre, to
+    either side, and the best of these centres is used.
     """
     n = len(guides)
     centre = np.zeros(n)
@@ -78,8 +78,8 @@ def reach(
 
     NaN where there is none.
 
-    Between the last stroke that fails and the first that holds `steps` secant steps are made, in
-    logarithms.  Every stroke that is returned was itself traced and holds.
+    Between the last stroke outside the tolerance and the first one inside, `steps` secant steps in
+    logarithms follow. Every returned stroke was itself traced and is within the tolerance.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))
@@ -124,20 +124,20 @@ def about_change_points(
 ) -> tuple[Floats, Floats, Traced]:
     """Move the windows of guides at change points until the linkages stand there in mid-stroke.
 
-    A guide is given as it stands in mid-stroke, and next to a change point its branch cannot be
-    told.
+    Guides are stored in mid-stroke; near a change point, but not at it, the branch of such a
+    position could not be determined.
 
     Parameters
     ----------
     half, centre : ndarray, shape (n,)
-        Half windows [length], and where their middles lie, in half windows.
+        Half windows [length], and the positions of their middles [half windows].
     found : Traced
-        What was traced there.
+        Traces over these windows.
 
     Returns
     -------
     half, centre, found
-        Of all guides; those away from change points are as they were.
+        Values of all guides; those away from change points are unchanged.
     """
     some = np.flatnonzero(guides.motion.branch != 0)
     if not len(some):

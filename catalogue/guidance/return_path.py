@@ -1,4 +1,4 @@
-"""Return paths of guided points, the driving crank turning on, and their lift."""
+"""Return paths of guided points while the driving crank completes its turn, and their lift."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Positions over the turn; a parabola through three of them leaves 1e-6 of the lift of a
-#: crank-rocker open.
+#: Number of positions over the turn; with a parabola through three of them the error of the lift of
+#: a crank-rocker is 1e-6.
 POSITIONS = 360
 
 
@@ -32,9 +32,9 @@ def lift(
     Parameters
     ----------
     guides, traced, measures
-        n guides as they stand in mid-stroke, traced over the stroke.
+        n guides in mid-stroke, traced over the stroke.
     positions : int
-        How many positions of the turn are read.
+        Number of sampled positions of the turn.
 
     Returns
     -------
@@ -44,7 +44,8 @@ def lift(
     """
     linkage, fit = guides.linkage, traced.fit
     found = np.full(len(guides), np.nan)
-    turning = np.flatnonzero((measures.rotates & measures.driver) > 0)  # the bit of a crank is its number
+    # bit values 1 and 2 are the numbers of the cranks
+    turning = np.flatnonzero((measures.rotates & measures.driver) > 0)
     if not len(turning):
         return found
     some = circuits(linkage[turning])
@@ -62,12 +63,13 @@ def lift(
 def distance(z: Complexes, nominal: Fit) -> Floats:
     """Compute signed distances of points (m, n) from lines and circles (n,), left positive."""
     w = (z - nominal.start) * nominal.along.conj() - 0.5 * nominal.stroke
-    with np.errstate(all="ignore"):  # a place opposite the top of the arc, from which it is seen, is nowhere along it
+    # the place opposite the top of the arc, from which positions are measured, has none along it
+    with np.errstate(all="ignore"):
         return polar(w.real, w.imag - nominal.rise, nominal.curvature)[0]
 
 
 def peak(values: Floats) -> Floats:
-    """Return the largest of periodic values (m, n), read off a parabola, shape (n,)."""
+    """Return the largest of periodic values (m, n), interpolated by a parabola, shape (n,)."""
     at = np.argmax(values, axis=0)
     column = np.arange(values.shape[1])
     before, here, after = (values[(at + k) % len(values), column] for k in (-1, 0, 1))

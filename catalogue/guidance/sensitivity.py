@@ -6,13 +6,14 @@ the linkage, each dyad (A, w), (A*, w*) satisfies (see `motion`)
     w w* |D|^2 + 2 Re(conj(w (1 + x) A* - w* A) D) - 2 Re(conj(A) A* x) = 0
 
 A change of the pivots therefore changes D and theta by one linear equation for each dyad.  A third
-one keeps the guided point at its place along the nominal, so that its displacement across remains.
-No chart enters, and only cusps of the path and change points are singular.
+equation fixes the position of the guided point along the nominal, so that only its displacement
+across the nominal remains. No chart is involved, and only cusps of the path and change points are
+singular.
 
 To first order, small errors e_i of the pivots displace the point across its nominal by the sum of
 g_i . e_i.  For vectors of length 1 the largest sum is the sum of |g_i|; for vectors with
 independent coordinates of standard deviation 1 the standard deviation of the sum is the root of the
-sum of |g_i|^2.  Both are taken at their largest over the stroke.
+sum of |g_i|^2.  The measures are the largest values of both over the stroke.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve, CircuitMotion
 
-#: Coordinates that vary: x and y of A1, A1*, A2, A2* and of the guided point.
+#: Number of coordinates that vary: x and y of A1, A1*, A2, A2* and of the guided point.
 COUNT = 10
 
 
@@ -42,17 +43,18 @@ class PoseJacobian(Rows):
     """Derivatives of the poses of n guides at m stations of their nominals by the pivots.
 
     The last axis holds the derivatives by x and y of A1, A1*, A2, A2*, and the guided point, in the
-    reference position; by a pivot at infinity, which turns only, the derivative along its direction
-    is 0.
+    reference position; a pivot at infinity can only rotate: the derivative along its direction is
+    0.
 
     Attributes
     ----------
     shift : complex ndarray, shape (m, n, 10)
-        Of the displacement d of the pose z -> z + d + x (z - origin) (`Pose`), the origin held.
+        Derivatives of the displacement d of the pose z -> z + d + x (z - origin) (`Pose`), at a
+        fixed origin.
     angle : ndarray, shape (m, n, 10)
-        Of the angle of the coupler [rad].
+        Derivatives of the angle of the coupler [rad].
     across : ndarray, shape (m, n, 10)
-        Of the distance of the guided point from the nominal, positive to the left.
+        Derivatives of the distance of the guided point from the nominal, positive to the left.
     """
 
     shift: Complexes
@@ -63,29 +65,30 @@ class PoseJacobian(Rows):
 def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
     """Differentiate the poses with guided points (n,) at fixed stations of their nominals.
 
-    At parameters t (m, n); unit vectors along the nominals are `tangent`, (n,) or (m, n).
+    The poses are at parameters t (m, n); `tangent` holds unit vectors along the nominals, (n,) or
+    (m, n).
     """
     return jacobian_at(moving.linkage, point, moving.pose(t), tangent)
 
 
 def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complexes) -> PoseJacobian:
-    """Return the derivatives of `pose_jacobian` in poses (m, n) that are known.
+    """Return the derivatives of `pose_jacobian` in known poses (m, n).
 
-    Carried by its guided point, a coupler at a fixed place along the nominal has two freedoms: the
-    distance of the point from the nominal and the angle of the coupler.  Two dyads determine them.
+    With its guided point at a fixed position along the nominal, a coupler has two freedoms: the
+    distance of the point from the nominal and the angle of the coupler. Two dyads determine them.
     """
     d, x, origin = pose
     turn = 1 + x
     tangent = np.broadcast_to(tangent, d.shape)
     across_way = 1j * tangent
-    d = d + x * (point - origin)  # of the guided point
+    d = d + x * (point - origin)  # displacement of the guided point
     z = np.where(linkage.finite, linkage.points - point[:, None, None], linkage.points)
-    # an angle is counted as an arc about as long as the linkage is large: products of lengths stay
-    # numbers
+    # an angle is counted as an arc about as long as the linkage is large: products of lengths do
+    # not overflow
     unit = np.ldexp(1.0, np.frexp(linkage.size)[1])
-    by = np.zeros((2, *d.shape, COUNT))  # of the two equations, by the coordinates, at a fixed pose
+    by = np.zeros((2, *d.shape, COUNT))  # derivatives of the two equations by the coordinates, at a fixed pose
     by_across, by_angle = np.empty((2, *d.shape)), np.empty((2, *d.shape))
-    carried = np.conj(tangent) * turn  # the guided point moved in its coupler, along and across the nominal
+    carried = np.conj(tangent) * turn  # displacement of the guided point in its coupler, along and across the nominal
     along = np.stack([carried.real, -carried.imag])
     for i in (0, 1):
         (a, b), (w, v) = z[:, i].T, linkage.finite[:, i].T.astype(float)
@@ -97,7 +100,8 @@ def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complex
         by_fixed, by_moving = -(v * d + b * x), w * np.conj(turn) * d - a * np.conj(x)
         for k, slope in ((4 * i, by_fixed), (4 * i + 2, by_moving)):
             by[i, ..., k], by[i, ..., k + 1] = slope.real, slope.imag
-        back = -(normal.conj() * tangent).real  # the point is kept at its place along
+        # the displacement that keeps the point at its position along the nominal
+        back = -(normal.conj() * tangent).real
         by[i, ..., 8], by[i, ..., 9] = back * along[0], back * along[1]
         _turn_only(linkage, by[i])
     with np.errstate(all="ignore"):
@@ -116,7 +120,7 @@ def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complex
 
 
 def _turn_only(linkage: Linkage, by: Floats) -> None:
-    """Remove the part of derivatives along the directions of pivots at infinity, in place."""
+    """Remove the parts of derivatives along the directions of pivots at infinity, in place."""
     for i in (0, 1):
         for j in (0, 1):
             far = ~linkage.finite[:, i, j]
@@ -130,7 +134,7 @@ def _turn_only(linkage: Linkage, by: Floats) -> None:
 def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage, Complexes, Mask]:
     """Displace linkages and guided points by steps (n, 10).
 
-    Return the valid ones and their mask.
+    Return the valid results and their mask.
     """
     pivots = linkage.pivots.copy()
     pivots[..., :2] += step[:, :8].reshape(-1, 2, 2, 2)
@@ -139,10 +143,10 @@ def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage
 
 
 class SensitivityGrid(NamedTuple):
-    """Grid of the sensitivity."""
+    """Grid on which the sensitivity is evaluated."""
 
     nodes: int = 32  #: intervals between the evaluated positions
-    most: int = 512  #: most intervals
+    most: int = 512  #: largest number of intervals
     missed: float = 1e-3  #: relative error of the sum of squares above which the grid is refined
 
 
@@ -157,7 +161,7 @@ class Sensitivity:
     ----------
     pivots : ndarray, shape (n, 2, 2)
         Largest displacement over the stroke for an error of 1 of one pivot in its worst direction,
-        by dyad and pivot (fixed, moving); of a pivot at infinity for an angle of 1 rad [length].
+        by dyad and pivot (fixed, moving); for a pivot at infinity, for an angle of 1 rad [length].
     point : ndarray, shape (n,)
         Largest displacement over the stroke for an error of 1 of the guided point in its coupler.
     worst : ndarray, shape (n,)
@@ -210,7 +214,7 @@ def _largest(squares: Floats, stations: int) -> Floats:
 
 
 def ways(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats) -> Complexes:
-    """Return unit vectors along the nominals where the guided points are, shape (m, n)."""
+    """Return unit vectors along the nominals at the guided points, shape (m, n)."""
     fit = traced.fit
     along, curvature = fit.along.astype(complex), fit.curvature.astype(float)
     u, v = guides.path.window(traced.low.astype(float), traced.high.astype(float), nodes)

@@ -16,22 +16,22 @@ from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats
 from .minimum_zone import grid, largest, times
 
-#: Where a rail or a slot ends that is none.
+#: End of a rail or slot that does not exist.
 NOWHERE = complex(np.nan, np.nan)
 
-#: Part of the travel: a slide that ends its stroke nearer to an end of its rail than this is told
-#: beside what stands there.  A step of the refinement may exchange the two, as in symmetric guides,
-#: whose slides end where they began.
-TIED = 0.1
+#: Distance from an end of its rail, over the travel, within which the end of a slide's stroke
+#: counts as a possible extreme beside the actual one. A step of the refinement may exchange the
+#: two, as in symmetric guides, whose slides end where they began.
+EXTREME_MARGIN = 0.1
 
 
 def slide_runs(linkage: Linkage, pose: Pose) -> Floats:
-    """Compute how far the slides of n linkages have run along their lines in m poses.
+    """Compute the displacements of n linkages' slides along their lines in m poses.
 
     Returns
     -------
     ndarray, shape (m, n, 2)
-        By dyad, from the reference position [length]; NaN of a crank.
+        Displacement of each dyad's slide from the reference position [length]; NaN for a crank.
     """
     run = np.full((*pose.d.shape, 2), np.nan)
     for i in (0, 1):
@@ -43,7 +43,8 @@ def slide_runs(linkage: Linkage, pose: Pose) -> Floats:
         with np.errstate(all="ignore"):
             gone = part.point(home) - home
             slider = (along.conj() * gone).real
-            slide = -(part.direction(along).conj() * gone).real  # the fixed pivot as the coupler sees it
+            # displacement of the fixed pivot relative to the coupler
+            slide = -(part.direction(along).conj() * gone).real
         run[:, some, i] = np.where(linkage.dyads[some, i] == PR, slider, slide)
     return run
 
@@ -55,12 +56,12 @@ def slide_ends(linkage: Linkage, run: Floats) -> Complexes:
     ----------
     linkage : Linkage of n
     run : ndarray, shape (m, n, 2)
-        See `slide_runs`, at Chebyshev points of the stroke [length].
+        Displacements by `slide_runs` at Chebyshev points of the stroke [length].
 
     Returns
     -------
     ndarray, complex, shape (n, 2, 2)
-        By dyad, both ends [length]; `NOWHERE` of a crank.
+        Both ends for each dyad [length]; `NOWHERE` for a crank.
     """
     ends = np.full((len(linkage), 2, 2), NOWHERE)
     fine = grid(len(run) - 1).fine
@@ -79,13 +80,16 @@ def extremes(run: Floats) -> Floats:
     Returns
     -------
     ndarray, shape (4, n, m)
-        Of the first and the last value, and of the highest and the lowest between them; NaN where
-        it is no extreme, nor nearly.
+        Weights of the first and the last value, and of the highest and the lowest between them; NaN
+        for a value that is not nearly an extreme.
     """
     at_ends = run[[0, -1]]
-    low, high = (run - at_ends.min(0)).min(0), (run - at_ends.max(0)).max(0)  # how far it overshoots its ends
+    # excess of inner values over those at the ends
+    low, high = (run - at_ends.min(0)).min(0), (run - at_ends.max(0)).max(0)
     span = at_ends.max(0) - at_ends.min(0) + high - low
-    extreme = (at_ends - at_ends.min(0) - low <= TIED * span) | (at_ends.max(0) + high - at_ends <= TIED * span)
+    extreme = (at_ends - at_ends.min(0) - low <= EXTREME_MARGIN * span) | (
+        at_ends.max(0) + high - at_ends <= EXTREME_MARGIN * span
+    )
     ends = np.where(extreme[..., None], np.eye(len(run))[[0, -1], None], np.nan)
     return np.concatenate([ends, [_peak(run), _peak(-run)]])
 
@@ -93,7 +97,7 @@ def extremes(run: Floats) -> Floats:
 def _peak(values: Floats) -> Floats:
     """Compute the weights (n, m) of the inner maximum of values (m, n), by a parabola.
 
-    As in `largest`; NaN where the first or last value is the maximum.
+    The parabola is that of `largest`; NaN where the first or last value is the maximum.
     """
     fine = grid(len(values) - 1).fine
     every = times(fine, values)
@@ -101,7 +105,7 @@ def _peak(values: Floats) -> Floats:
     inner = np.clip(peak, 1, len(fine) - 2)
     low, at, high = (every[inner + k, np.arange(len(peak))] for k in (-1, 0, 1))
     with np.errstate(all="ignore"):
-        step = (low - high) / (2 * (low - 2 * at + high))  # to the vertex, in places
+        step = (low - high) / (2 * (low - 2 * at + high))  # distance to the vertex, in steps
     step = np.where((peak == inner) & np.isfinite(step), step, np.nan)[:, None]
     shares = (0.5 * step * (step - 1), 1 - step * step, 0.5 * step * (step + 1))
     before, here, after = (share * fine[inner + k] for share, k in zip(shares, (-1, 0, 1), strict=True))
@@ -116,18 +120,18 @@ def _line(linkage: Linkage, i: int) -> tuple[Complexes, Complexes]:
 
 
 def travels(ends: Complexes) -> Floats:
-    """Return the longest travel of the slides with these ends (n, 2, 2), shape (n,) [length].
+    """Return the longest travel of the slides with ends (n, 2, 2), shape (n,) [length].
 
-    NaN with cranks only.
+    NaN for linkages with cranks only.
     """
     return np.asarray(np.fmax.reduce(np.abs(ends[..., 1] - ends[..., 0]), axis=1))
 
 
 def rails(linkage: Linkage, ends: Complexes) -> Complexes:
-    """Return the ends (n, 2, 2) of rails of the frame, `NOWHERE` of slots."""
+    """Return the ends (n, 2, 2) of rails of the frame; `NOWHERE` for slots."""
     return np.where((linkage.dyads == PR)[..., None], ends, NOWHERE)
 
 
 def slots(linkage: Linkage, ends: Complexes) -> Complexes:
-    """Return the ends (n, 2, 2) of slots of the coupler, `NOWHERE` of rails."""
+    """Return the ends (n, 2, 2) of slots of the coupler; `NOWHERE` for rails."""
     return np.where((linkage.dyads == RP)[..., None], ends, NOWHERE)

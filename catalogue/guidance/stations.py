@@ -26,21 +26,25 @@ from .sensitivity import PoseJacobian, jacobian_at
 
 
 class StationOptions(NamedTuple):
-    """How linkages are solved for stations along the nominal."""
+    """Options of the solution at stations along the nominal."""
 
-    #: Intervals between the stations at first: most deviations are then known to some per cent.
+    #: First number of intervals between the stations: most deviations then have an error of a few
+    #: per cent.
     intervals: int = 16
-    #: Newton steps to a station, and to all at once after a move; then as many for those that lag.
+    #: Number of Newton steps to a station, and for all stations at once after a move; then as many
+    #: for linkages that have not converged.
     steps: int = 3
-    #: Last Newton step to a station that is reached [strokes, rad]: the next one would be its
-    #: square.
+    #: Largest last Newton step to a station that counts as reached [strokes, rad]: the error is
+    #: about its square.
     reached: float = 1e-4
-    close: float = 1e-5  #: the last step at which no machine needs more steps
-    #: largest distance from the nominal of a machine that is still guided by it [strokes]
+    close: float = 1e-5  #: largest last step with which no linkage needs further steps
+    #: largest distance from the nominal at which a linkage still counts as guided along it
+    #: [strokes]
     astray: float = 0.5
-    sharpest: float = 0.5005  #: least radius of a nominal [strokes]: that of half a circle is 0.5
-    bend_step: float = 1e-6  #: step of the differences by the curvature [1/stroke]
-    #: Added to the diagonal of the fit: the radius of a flat arc hardly differs from its place.
+    sharpest: float = 0.5005  #: least radius of a nominal [strokes]: that of a half circle is 0.5
+    bend_step: float = 1e-6  #: step of finite differences by the curvature [1/stroke]
+    #: Term added to the diagonal of the fit: along a flat arc a change of radius hardly differs
+    #: from a shift.
     regular: float = 1e-14
 
 
@@ -48,14 +52,14 @@ STATION = StationOptions()
 
 
 def nominal(curvature: Floats, intervals: int = STATION.intervals) -> tuple[Complexes, Complexes]:
-    """Return the stations along nominals of curvatures (n,), and unit vectors along these there.
+    """Return the stations along nominals of curvatures (n,), and unit tangents there.
 
     Parameters
     ----------
     curvature : ndarray, shape (n,)
         Negative for a centre below, 0 for a line [1/stroke].
     intervals : int
-        Between the stations, which are Chebyshev points.
+        Number of intervals between the stations, which are Chebyshev points.
 
     Returns
     -------
@@ -70,12 +74,12 @@ def nominal(curvature: Floats, intervals: int = STATION.intervals) -> tuple[Comp
 
 
 class _Dyads(NamedTuple):
-    """Pivots of n linkages relative to their guided points, and a mask of the finite ones."""
+    """Pivots of n linkages relative to their guided points, with masks of the finite ones."""
 
-    fixed: Complexes  #: (2, n)
-    moving: Complexes  #: (2, n)
-    has_fixed: Floats  #: (2, n), 1 or 0
-    has_moving: Floats  #: (2, n)
+    fixed: Complexes  #: fixed pivots, (2, n)
+    moving: Complexes  #: moving pivots, (2, n)
+    has_fixed: Floats  #: 1 for a finite fixed pivot, else 0, (2, n)
+    has_moving: Floats  #: 1 for a finite moving pivot, else 0, (2, n)
 
     @classmethod
     def of(cls, linkage: Linkage, point: Complexes) -> _Dyads:
@@ -91,12 +95,13 @@ class _Dyads(NamedTuple):
     def towards(
         self, base: Complexes, tangent: Complexes, error: Floats, angle: Floats, steps: int
     ) -> tuple[Floats, Floats, Floats]:
-        """Take Newton steps from distances and angles to stations, `base` seen from the point.
+        """Take Newton steps from distances and angles to stations, `base` relative to the point.
 
         Returns
         -------
         error, angle, missed : ndarray
-            As the stations are shaped; by how much the last step has changed either.
+            Distances, angles and the largest change of either by the last step, in the shape of the
+            stations.
         """
         across = 1j * tangent
         missed = np.full(error.shape, np.inf)
@@ -127,17 +132,17 @@ class Stationed(Rows):
     Attributes
     ----------
     linkage : Linkage
-        In the reference position, somewhere on the stroke.
+        Linkages in the reference position, somewhere on the stroke.
     point : complex ndarray, shape (n,)
         Guided points there [strokes].
     curvature : ndarray, shape (n,)
-        Of the nominals, not positive [1/stroke].
+        Curvatures of the nominals, not positive [1/stroke].
     error : ndarray, shape (n, m)
         Distances from the nominals, positive to the left [strokes].
     angle : ndarray, shape (n, m)
-        Of the couplers [rad].
+        Angles of the couplers [rad].
     reached : ndarray of bool, shape (n,)
-        Whether there is such a pose at every station.
+        Whether the linkage has such a pose at every station.
     """
 
     linkage: Linkage
@@ -200,7 +205,7 @@ class Stationed(Rows):
 
     @property
     def intervals(self) -> int:
-        """How many intervals there are between the stations."""
+        """Number of intervals between the stations."""
         return int(self.error.shape[1] - 1)
 
     @property
@@ -236,8 +241,9 @@ class Stationed(Rows):
     def laid(self, *, any_radius: bool) -> Stationed:
         """Move linkages by the similarities that fit their paths best to the nominals.
 
-        Mean squares: for a line its chord is fitted, for an arc of a given radius its place, for
-        one of any radius all three.  Linkages far astray stay.
+        The fit is by mean squares: for a line of the chord, for an arc of given radius of its
+        place, for one of any radius of both and the radius. Linkages far from the nominal are left
+        in place.
         """
         near = self.deviation < STATION.astray
         error = np.where(near[:, None], self.error, 0.0)
@@ -257,13 +263,13 @@ class Stationed(Rows):
         return Stationed.settled(linkage, factor * self.point + shift, bend, left, self.angle)
 
     def _of_best_place(self, error: Floats) -> tuple[Complexes, Floats]:
-        """Return the best shifts of arcs of these radii, and the remaining errors."""
+        """Return the best shifts of arcs of given radii, and the remaining errors."""
         turn = np.angle(self.nominal[1]).T
         (up, back), left = _fitted(np.stack([np.cos(turn), np.sin(turn)], axis=2), error)
         return back - 1j * up, left
 
     def _of_best_radius(self, error: Floats) -> tuple[Complexes, Complexes, Floats, Floats]:
-        """Fit arcs of free radius: factors and shifts, curvatures, and remaining errors."""
+        """Fit arcs of free radius: return factors and shifts, curvatures, and remaining errors."""
         place, tangent = self.nominal
         turn = np.angle(tangent).T
         columns = np.stack([np.cos(turn), np.sin(turn), np.ones(turn.shape)], axis=2)
@@ -303,7 +309,7 @@ def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 @lru_cache
 def _between(intervals: int) -> Floats:
-    """Return the matrix that carries values at Chebyshev points to twice as many."""
+    """Return the matrix that interpolates from Chebyshev points to twice as many."""
     angle = np.pi * (1 - np.arange(2 * intervals + 1) / (2 * intervals))
     waves = np.cos(angle[:, None] * np.arange(intervals + 1))
     return np.asarray(waves @ grid(intervals).coefficients)

@@ -24,13 +24,14 @@ from .windows import WINDOW, Search, Stretches
 
 
 class StretchSearch(NamedTuple):
-    """How the straightest stretches of circuits are searched for."""
+    """Options of the search for the straightest stretches of circuits."""
 
-    block: int = 1024  #: most circuits handled at once, on one of the cores
-    alone: int = 256  #: circuits up to which they are not shared among the cores
-    first: int = 2  #: rounds of moves between two choices of windows to follow
-    spare: int = 2  #: windows followed per stretch that is wanted: some of them overlap
-    #: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
+    block: int = 1024  #: largest number of circuits processed at once on a core
+    alone: int = 256  #: number of circuits up to which a single core processes them
+    first: int = 2  #: rounds of moves between two selections of windows to follow
+    spare: int = 2  #: number of windows followed per requested stretch: some of them overlap
+    #: Largest number of searches for windows longer than the longest: none of 400 linkages needs
+    #: more than two.
     checks: int = 4
 
 
@@ -40,57 +41,59 @@ STRETCH_SEARCH = StretchSearch()
 class QuickSearch(NamedTuple):
     """Limits of a quick search."""
 
-    seen: int = 4  #: windows of a linkage that are measured for a first bound
-    moved: int = 6  #: windows of a linkage that may be moved on
-    #: Deviation over the best up to which windows are followed after two rounds: the fortieth of a
-    #: window then left changes it by less.
+    seen: int = 4  #: number of windows per linkage that are measured for a first bound
+    moved: int = 6  #: number of windows per linkage that may be moved
+    #: Deviation over the best up to which windows are followed after two rounds: the moves left, a
+    #: fortieth of a window, change a deviation by less.
     close: float = 1.2
-    closer: float = 1.05  #: The ratio after four rounds: a hundredth of a window is left.
-    #: The ratio in the end: over a stroke along the best line instead of a chord, and on finer
-    #: nodes, deviations change by a few thousandths.
+    closer: float = 1.05  #: the ratio after four rounds, when the moves left are a hundredth of a window
+    #: The ratio before the final moves, which measure the stroke along the best line instead of a
+    #: chord, on more nodes: that changes deviations by a few thousandths.
     tied: float = 1.01
-    #: Rounds of moves in the end, which leave 4e-5 of a window: 2e-4 of a deviation at a steep
-    #: limit.
+    #: Number of final rounds of moves, which leave an error of 4e-5 windows: 2e-4 of a deviation at
+    #: a steep limit.
     last: int = 4
-    #: Growth of the moves over the last ones: over a stroke along the best line, no longer over a
-    #: chord, the best place is another one.
+    #: Factor of the largest move in the final rounds of a thorough search: with the stroke along
+    #: the best line instead of a chord, the best place changes.
     again: int = 4
-    #: Least distance of two windows [windows]: about a piece, for of two plateaus of nearly one
-    #: deviation the lower one may be narrow.
+    #: Largest final move of a quick search [windows]: about a piece, as of two plateaus of nearly
+    #: equal deviation the lower one may be narrow.
     piece: float = 0.05
 
 
 QUICK_SEARCH = QuickSearch()
 
-#: Windows of a linkage left after each of the first corrections of a stroke, in a quick search.
-KEPT = (3, 2, 1)
-#: Most corrections of a stroke: (thorough, quick search) on the coarse grid, and on the fine one.
+#: Number of windows per linkage that remain after each of the first corrections of a stroke, in a
+#: quick search.
+KEPT_WINDOWS = (3, 2, 1)
+#: Largest numbers of corrections of a stroke, (thorough, quick search): on the coarse grid, then on
+#: the fine one.
 CORRECTIONS = ((4, 1), (5, 7))
 
 
 class Extension(NamedTuple):
-    """How a stretch is made as long as its deviation permits."""
+    """Options of the extension of a stretch to its permitted deviation."""
 
     #: Relative difference of a feasible and an infeasible stroke at which corrections stop.
     settled: float = 1e-3
     inside: float = 1e-3  #: relative margin of the deviation below its bound
-    #: Smallest relative growth of a stroke when an end is moved: at the longest stroke rounding
-    #: gains.
+    #: Smallest relative growth of a stroke that counts when an end is moved: near the longest
+    #: stroke smaller gains are rounding.
     gain: float = 1e-7
     #: Ratio of the short to the long trial moves of the two ends in the final search.
     shorter: float = 1 / 8
     #: directions of the trial moves: with eight, a ridge of the deviation can lie between two
     directions: int = 16
     first: float = 1 / 64  #: length of the first trial moves [windows]
-    last: float = 1e-4  #: length of the last trial moves [windows]
-    most: int = 20  #: most rounds of trial moves
+    last: float = 1e-4  #: length of the trial moves at which the search stops [windows]
+    most: int = 20  #: largest number of rounds of trial moves
 
 
 EXTENSION = Extension()
 
-#: Range of the exponent of the deviation as a power of the stroke.
-STEEP = (0.5, 60.0)
-#: Range of a change of the logarithm of a stroke.
+#: Range of the exponent of the stroke to which the deviation is proportional.
+EXPONENT_RANGE = (0.5, 60.0)
+#: Range of a correction of the logarithm of a stroke.
 CHANGE = (-0.5, 0.2)
 _TURN = np.exp(2j * np.pi * np.arange(EXTENSION.directions) / EXTENSION.directions).view(float).reshape(-1, 2)
 SIDES = np.kron(EXTENSION.shorter ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
@@ -101,15 +104,15 @@ def straightest(
 ) -> Stretches:
     """Find the straightest stretches of coupler points (k,) on circuits (k,).
 
-    With `count` 1 the best of each linkage; else also others, at most `STRETCH_SEARCH.spare` times
-    `count`, as some may overlap.
+    With `count` 1 return the best stretch of each linkage; else also others, at most
+    `STRETCH_SEARCH.spare` times `count`, as some may overlap.
 
     Parameters
     ----------
     stroke : ndarray, shape (k,)
         Distance of the ends [length].
     circle : bool
-        Seek circles, of the `radius` that is given [length] or of any.
+        Fit circles, of the given `radius` [length] or of any.
     """
     quick = count == 1
 
@@ -123,13 +126,13 @@ def straightest(
 def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indices | None = None) -> Stretches:
     """Find the windows of least deviation over strokes (m,), below bounds (k,).
 
-    With `count` 1 the best of each linkage; else that of each curve, and of others up to
-    `STRETCH_SEARCH.spare` times `count`.
+    With `count` 1 return the best window of each linkage; else the best one of each curve, and
+    others up to `STRETCH_SEARCH.spare` times `count`.
 
     Parameters
     ----------
     stroke : ndarray, shape (m,)
-        Of all curves, or of those with the numbers `which` (m,) [length].
+        Strokes for all curves, or for those numbered `which` (m,) [length].
     """
     cells = seek.cells(stroke, which)
     cells = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
@@ -158,7 +161,7 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
 
 
 def _near_the_best(seek: Search, at: Stretches, by: Floats, bound: Floats, within: float) -> tuple[Stretches, Floats]:
-    """Select the windows of each linkage nearly as straight as the best, or as bounds (k,)."""
+    """Select the windows of each linkage nearly as straight as its best, or as bounds (k,)."""
     some = np.flatnonzero(at.deviation <= within * seek.best(at, bound)[at.circuit])
     return at[some], by[some]
 
@@ -203,7 +206,7 @@ def longest(
 def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches:
     """Grow windows, moved by up to `by` (n,) [rad], to their permitted deviations.
 
-    Windows that violate them are dropped.
+    Windows above their permitted deviations are dropped.
     """
     if not len(at.low):
         return at
@@ -211,8 +214,8 @@ def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches
     rough, fine = CORRECTIONS[seek.quick]
     for turn in range(rough):
         grow.step(WINDOW.nodes)
-        if seek.quick and turn < len(KEPT):
-            grow.keep(seek.leading(grow.at, -grow.reach, KEPT[turn]))
+        if seek.quick and turn < len(KEPT_WINDOWS):
+            grow.keep(seek.leading(grow.at, -grow.reach, KEPT_WINDOWS[turn]))
     grow.finer()
     for _ in range(fine):
         grow.step(WINDOW.finer)
@@ -222,22 +225,22 @@ def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches
 
 
 class _Growing:
-    """n windows during the correction to their permitted deviations; arrays of shape (n,).
+    """Windows while they are corrected to their permitted deviations; n, arrays of shape (n,).
 
     Attributes
     ----------
     at, by : Stretches, ndarray
-        Windows to measure next, and how far they may move [rad].
+        Windows to measure next, and their largest moves [rad].
     best : Stretches
-        The longest feasible ones so far; stroke 0 if there is none.
+        The longest feasible windows so far; stroke 0 if there is none.
     beyond : ndarray
         Shortest infeasible strokes so far [length].
     power : ndarray
-        Power of the stroke with which the deviation grows.
+        Exponent of the stroke to which the deviation is proportional.
     last : Stretches
-        Their last measurement.
+        Last measurement of the windows.
     reach : ndarray
-        Estimated final length [length].
+        Estimated final stroke [length].
     """
 
     def __init__(self, seek: Search, at: Stretches, by: Floats, allowed: Floats) -> None:
@@ -247,18 +250,18 @@ class _Growing:
         self.power, self.last, self.reach = np.full(n, 3.0), at, at.stroke
 
     def keep(self, some: Indices) -> None:
-        """Drop all windows but some."""
+        """Drop all windows but the given ones."""
         self.at, self.by, self.allowed, self.best = self.at[some], self.by[some], self.allowed[some], self.best[some]
         self.beyond, self.power, self.last = self.beyond[some], self.power[some], self.last[some]
         self.reach = self.reach[some]
 
     def finer(self) -> None:
-        """Measure feasible strokes on the finer grid; reopen those infeasible on it."""
+        """Measure feasible windows on the finer grid; correct again those infeasible on it."""
         self.best, self.beyond = self.seek.measured(self.best, WINDOW.finer), np.full(len(self.beyond), np.inf)
         self.best = replace(self.best, stroke=np.where(self.best.deviation <= self.allowed, self.best.stroke, 0.0))
 
     def step(self, nodes: int) -> None:
-        """Correct the strokes of windows that are not settled."""
+        """Correct the strokes of windows that have not converged."""
         open_ = np.flatnonzero(~(self.beyond < (1 + EXTENSION.settled) * self.best.stroke))
         if not len(open_):
             return
@@ -271,7 +274,7 @@ class _Growing:
         with np.errstate(all="ignore"):
             reach = np.fmax(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
             slope = np.log(at.deviation / before.deviation) / np.log(at.stroke / before.stroke)
-            power = np.where((slope > STEEP[0]) & (slope < STEEP[1]), slope, power)
+            power = np.where((slope > EXPONENT_RANGE[0]) & (slope < EXPONENT_RANGE[1]), slope, power)
             wanted = at.stroke * np.exp(np.clip((np.log(allowed / at.deviation) - EXTENSION.inside) / power, *CHANGE))
             middle = np.where(np.isfinite(beyond), np.sqrt(best.stroke * beyond), at.stroke * np.exp(CHANGE[1]))
             outside = ~((wanted > best.stroke) & (wanted < beyond))
@@ -296,8 +299,8 @@ class _Growing:
 def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     """Extend windows within deviations (n,), moving each end and both.
 
-    Ends move separately as well: where a path turns back, or an open circuit ends, moving a window
-    along seldom makes it longer.
+    Ends also move separately: where a path turns back, or an open circuit ends, a shift of the
+    whole window seldom permits a longer one.
     """
     by, some = EXTENSION.first * (at.high - at.low), np.arange(len(at.low))
     for _ in range(EXTENSION.most):
@@ -316,7 +319,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
 
 
 def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
-    """Evaluate a function on blocks of n circuits, several at once."""
+    """Evaluate a function on blocks of n circuits, several blocks at once."""
     if n <= STRETCH_SEARCH.alone:
         return found(np.arange(n))
     cores = os.cpu_count() or 1

@@ -1,9 +1,9 @@
 """The swept area of a linkage over its stroke: how far it leaves a region, or enters others.
 
 Links are straight segments: cranks from pivot to pivot, the triangle of both moving pivots and the
-guided point; with a guided slot the slot and segments from its ends to both moving pivots.  Sliders
-have their rails, slides their slots over the travel of the stroke, with the ends joined to the rest
-of the coupler (see `slides`).  For a slide the fixed pivot also stands for the moving one.
+guided point; for a guided slot the slot, and segments from its ends to both moving pivots. Sliders
+add their rails, slides their slots over the travel of the stroke, with the ends joined to the rest
+of the coupler (see `slides`). For a slide the fixed pivot takes the place of the moving one.
 """
 
 from __future__ import annotations
@@ -22,25 +22,25 @@ from .minimum_zone import largest
 class SweptArea(NamedTuple):
     """Tests of links against keep-out zones."""
 
-    #: points tested along each link, and along its part between two crossed edges
+    #: number of tested points along each link, and along its part between two crossed edges
     stations: int = 5
-    grazed: float = 1e-3  #: violation of a crossing between these points [size]
+    grazed: float = 1e-3  #: violation assumed where a segment crosses a region between these points [size]
 
 
 SWEPT_AREA = SweptArea()
 
 
-#: Pairs of link ends that the segments connect: of a linkage, and of a machine with a slot.
+#: Pairs of link ends that the segments connect: for a linkage, and for one with a guided slot.
 SEGMENTS = np.array([(0, 2), (1, 3), (2, 3), (2, 4), (3, 4)])
 SLOTTED = np.array([(0, 2), (1, 3), (2, 3), (4, 5), (2, 4), (2, 5), (3, 4), (3, 5)])
-#: Pairs of ends of each of two slides.
+#: Pairs of ends of the same slide, for two slides.
 ALONG = np.array([(0, 1), (2, 3)])
-#: Pairs of ends of one slide and the other.
+#: Pairs of ends of different slides.
 ACROSS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
 
 class Area(Protocol):
-    """A polygon: corners (k, 2), convexity, distances of points out of it."""
+    """A polygon: its corners (k, 2), convexity, and signed distances of points."""
 
     @property
     def corners(self) -> Floats: ...
@@ -54,13 +54,13 @@ class Area(Protocol):
 def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """Compute the ends of links at f positions, complex, shape (f, n, k).
 
-    Both fixed pivots, both moving ones, the guided point or both ends of its slot; then the ends of
-    rails and slots, if any.
+    The order is: both fixed pivots, both moving ones, the guided point or both ends of its slot,
+    then the ends of rails and slots, if any.
 
     Parameters
     ----------
     linkage : Linkage of n
-        Of slots the machine, as the poses are.
+        For a guided slot the linkage as built, to which the poses belong.
     """
     fixed = np.broadcast_to(linkage.points[None, :, :, 0], moves.pins.shape)
     pivots = np.where(linkage.dyads == RR, fixed, moves.pins)
@@ -71,7 +71,7 @@ def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
 def _slides(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
     """Compute the ends of rails and of slots, (f, n, 4) each, if any.
 
-    Of a crank its moving pivot, twice.
+    For a crank both ends are its moving pivot.
     """
     found = []
     for kind in _sliding(linkage):
@@ -81,14 +81,14 @@ def _slides(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
 
 
 def _sliding(linkage: Linkage) -> list[int]:
-    """Return which kinds of slides linkages have."""
+    """Return the kinds of slides that linkages have."""
     return [kind for kind in (PR, RP) if (linkage.dyads == kind).any()]
 
 
 def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """Compute the ends of segments at f positions, complex, shape (f, n, k, 2).
 
-    A missing link is a point of another one; see `link_ends`.
+    A missing link is replaced by a point of another one; see `link_ends`.
     """
     guided = [4] if moves.slot is None else [4, 5]
     joined, first = [SEGMENTS if moves.slot is None else SLOTTED], 4 + len(guided)
@@ -104,9 +104,9 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
 def protrusion(area: Area, swept: Complexes) -> Floats:
     """Compute the protrusion of linkages from a region, negative inside, shape (n,).
 
-    From segments (f, n, k, 2); for a convex region ends of links (f, n, k, 1) suffice.
+    `swept` are segments (f, n, k, 2); for a convex region ends of links (f, n, k, 1) suffice.
     """
-    if area.is_convex:  # nothing of a segment is farther out than an end of it
+    if area.is_convex:  # the farthest point of a segment from a convex region is one of its ends
         return largest(area.outside(swept).max(axis=(2, 3)))
     return _farthest(area, swept, 1)
 
@@ -119,7 +119,7 @@ def intrusion(area: Area, swept: Complexes) -> Floats:
 def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     """Compute the largest distance of segments outside (`side` 1) or inside (-1) of a region.
 
-    Points between crossed edges are included.
+    Where a segment crosses edges of the region, points between the crossings are tested too.
     """
     segments = [(swept[..., j, 0], swept[..., j, 1]) for j in range(swept.shape[2])]
     places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, SWEPT_AREA.stations))

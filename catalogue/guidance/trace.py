@@ -1,11 +1,11 @@
 """Trace guides on their finite motion: path over a window, splitting, best line or circle.
 
-`trace` knows nothing of series: it is given linkages, guided points and half strokes, and
-measures.  With `split` the guided point is first moved off its singular point so that the merged
-inflections separate, which divides the deviation by four (two inflections) to sixteen (four): the
-shift makes the first Chebyshev coefficients of the error vanish, in the sense of least squares, so
-that what remains is nearly a single Chebyshev polynomial (Allievi 1895, secs. 27-31; the rule delta
-= 2 c4 h^2 r*^2 is its limit for a short stroke).
+`trace` measures any linkages, guided points and half strokes, independent of series.  With `split`
+the guided point is first moved off its singular point so that the merged inflections separate,
+which divides the deviation by four (two inflections) to sixteen (four): the shift makes the first
+Chebyshev coefficients of the error vanish, in the sense of least squares, so that what remains is
+nearly a single Chebyshev polynomial (Allievi 1895, secs. 27-31; the rule delta = 2 c4 h^2 r*^2 is
+its limit for a short stroke).
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved, seen
 
 
 class Splitting(NamedTuple):
-    """How a guided point is moved to split its inflections."""
+    """Options of the shift of a guided point that splits its inflections."""
 
     leash: int = 20  #: Half stroke over the largest displacement of the point.
-    rounds: int = 2  #: displacements, one after the other
-    #: Remaining part of the error above which the step was too long and is retried.
+    rounds: int = 2  #: number of successive displacements
+    #: Ratio of the errors after and before a step above which the step was too long and is retried.
     helps: float = 0.6
     short_leash: float = 0.3  #: length of the retried step over the first one
-    #: Error below which a path is exact but for rounding, and stays [half strokes].
+    #: Error below which a path counts as exact and its point is not moved [half strokes]: rounding.
     straight: float = 1e-11
     #: Offset of the stroke of a guide with three inflections from the singular point [half
     #: strokes].
@@ -39,7 +39,7 @@ class Splitting(NamedTuple):
 
 SPLITTING = Splitting()
 
-#: What the finest grid may miss, of the deviation and of the stroke.
+#: Largest error of the finest grid, relative to the deviation and to the stroke.
 LEAST_SURE = (1e-2, 1e-13)
 
 
@@ -94,23 +94,23 @@ def trace(
     """Trace guides over windows of their paths and fit circles or straight lines.
 
     NaN where the window leaves the extent of the guide, where the point runs backwards within it,
-    and where the finest grid leaves a hundredth of the deviation open.
+    and where the error of the finest grid exceeds a hundredth of the deviation.
 
     Parameters
     ----------
     half : ndarray, shape (n,)
-        Half the length of the window along the tangent of the given point, at a cusp all of it
-        [length].
+        Half the length of the window along the tangent of the given point; at a cusp its full
+        length [length].
     split : bool
         Move the guided point so that its inflections separate; a point at a cusp stays there.
     centre : float or ndarray, shape (n,)
-        Where the middle of the window lies, in half strokes from the reference position.
+        Position of the middle of the window, relative to the reference position [half strokes].
     nodes : int
-        Intervals between Chebyshev points; guides that they do not resolve are traced again with
-        twice and four times as many.
+        Number of intervals between Chebyshev points; guides that they do not resolve are traced
+        again with twice and four times as many.
     held : ndarray, shape (n,), optional
-        Curvature of the nominal, positive to the left of the way on which the parameter rises
-        [1/length]; sought if not given.  Only without `split`.
+        Curvature of the nominal, positive to the left of the direction of increasing parameter
+        [1/length]; fitted if not given. Only without `split`.
     """
     if guides.cusp.any() and not guides.cusp.all():
         found = Traced.nothing(len(guides), half.dtype)
@@ -184,14 +184,14 @@ def _measure(
 
 
 def _fit(u: Floats, v: Floats, circle: bool, points: Grid, held: Floats | None = None, *, between: bool = False) -> Fit:
-    """Fit the paths that run forward all the way."""
+    """Fit the paths that run forward over the whole window."""
     return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held, between=between)
 
 
 def _split_again(
     found: Fit, shift: Complexes, poor: Mask, paths: tuple[Floats, ...], half: Floats, circle: bool, points: Grid
 ) -> tuple[Fit, Complexes]:
-    """Retry splittings that did not reduce the error with a shorter step, or undo them."""
+    """Retry with a shorter step the splittings that did not reduce the error, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
     moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SPLITTING.short_leash)
@@ -227,17 +227,18 @@ def _step(
 ) -> tuple[Complexes, Floats]:
     """Compute the shift of the guided point to the straightest path, and the error without it.
 
-    With a curvature, to the path closest to a circle of it.
+    With a curvature the shift leads to the path closest to a circle of this curvature.
 
-    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move
-    and turn; the shift is held by a leash so that an ill-determined direction is not followed.
+    The shift minimises the Chebyshev coefficients of the distance from the nominal, which may move
+    and turn, by least squares; the length of the shift is limited, so that an ill-determined
+    direction is not followed.
     """
     with np.errstate(all="ignore"):
         along = u[-1] - u[0] + 1j * (v[-1] - v[0])
         along = along / np.abs(along)
         middle = len(u) // 2
         u, v = seen(u, v, u[middle] + 1j * v[middle], along)
-        x, y = -curvature * u, 1 - curvature * v  # normal of the nominal, once divided by its length
+        x, y = -curvature * u, 1 - curvature * v  # normal of the nominal, to be divided by its length
         length = np.hypot(x, y)
         distance = (2 * v - curvature * (u * u + v * v)) / (1 + length)
         rows = (y / length, u / (half * length), (cos * x + sin * y) / length, (cos * y - sin * x) / length, distance)
@@ -269,5 +270,5 @@ def _bend(u: Floats, v: Floats) -> Floats:
 
 
 def extended(guides: CouplerCurve) -> CouplerCurve:
-    """Return the same guides in extended precision (where the platform has it)."""
+    """Return guides in extended precision, where the platform has it."""
     return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole, guides.motion.chart)

@@ -1,8 +1,8 @@
 """Best uniform fits of two terms by Stiefel's exchange of single points, in any order.
 
-`minimum_zone.exchange` alternates along a path, which holds as long as the terms are a Haar system
-there: a sine and a cosine are none beyond half a turn, and a path that returns over itself has no
-order of its own.
+`minimum_zone.exchange` alternates along a path, which is right as long as the terms are a Haar
+system there. Sine and cosine are no Haar system beyond half a turn, and a path that returns over
+itself has no order of points.
 
 Source: Stiefel, Numerische Methoden der Tschebyscheff-Approximation, 1959; the exchange is a step
 of the dual simplex method.
@@ -18,20 +18,20 @@ from ..kinematics.types import Floats, Indices
 
 
 class UniformFit(NamedTuple):
-    """Exchanges of a minimax fit."""
+    """Limits of the exchanges of a minimax fit."""
 
-    exchanges: int = 60  #: most exchanges of a point; a path with a dozen waves takes five
-    #: Part of the largest error up to which three points bound it from below.
+    exchanges: int = 60  #: largest number of exchanges of a point; a path with a dozen waves takes five
+    #: Part of the largest error that the lower bound by three points may fall short of.
     reached: float = 1e-9
-    rounded: float = 1e-14  #: error that is rounding [largest value]
+    rounded: float = 1e-14  #: error that counts as rounding [largest value]
 
 
 UNIFORM_FIT = UniformFit()
 
-#: Of three, the one after each.
+#: Index of the next of three points, cyclically.
 NEXT = np.array([1, 2, 0])
-#: Of three, the one before each.
-LAST = np.array([2, 0, 1])
+#: Index of the previous of three points, cyclically.
+PREVIOUS = np.array([2, 0, 1])
 
 
 def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) -> tuple[Floats, Floats, Indices]:
@@ -40,10 +40,10 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
     Parameters
     ----------
     terms : ndarray, shape (2, m, n)
-        Of n fits at m points.
+        Terms of n fits at m points.
     values : ndarray, shape (m, n)
     chosen : ndarray of int, shape (3, n), optional
-        About at which points the errors are largest.
+        Approximate points of the largest errors.
 
     Returns
     -------
@@ -52,11 +52,11 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
     ndarray, shape (n,)
         The largest errors.
     ndarray of int, shape (3, n)
-        Points at which the errors are as large, which proves them least.
+        Points at which the errors have this size, which proves that it is minimal.
     """
     if chosen is None:
         order = np.argsort(terms[1], axis=0)
-        chosen = order[[0, len(order) // 2, -1]]  # apart
+        chosen = order[[0, len(order) // 2, -1]]  # points far apart
     chosen = chosen.copy()
     fit, largest = np.zeros(terms.shape[::2]), np.zeros(values.shape[1])
     open_, rounding = np.arange(values.shape[1]), UNIFORM_FIT.rounded * np.abs(values).max(0, initial=0.0)
@@ -92,10 +92,10 @@ def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     ndarray, shape (n,)
         The error.
     ndarray, shape (3, n)
-        Weights with which no combination of the terms counts, and whose sum with the values is the
-        error; 1 together, signs apart.
+        Weights that are orthogonal to both terms, and whose sum with the values is the error; their
+        absolute values add up to 1.
     """
-    weights = _cross(terms[:, NEXT], terms[:, LAST])
+    weights = _cross(terms[:, NEXT], terms[:, PREVIOUS])
     weights = weights / (np.abs(weights).sum(0) * np.where((weights * values).sum(0) < 0, -1, 1))
     level = np.asarray((weights * values).sum(0))
     rest = values - level * np.where(weights < 0, -1.0, 1.0)
@@ -108,7 +108,7 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def _through(terms: Floats, values: Floats, without: Indices) -> Floats:
-    """Interpolate values (3, k) by terms (2, 3, k) at two of three places."""
+    """Interpolate values (3, k) by terms (2, 3, k) at two of three points."""
     column = np.arange(terms.shape[2])
     (a, b), (p, q) = ([part[..., (without + i) % 3, column] for i in (1, 2)] for part in (terms, values))
     return np.stack([p * b[1] - q * a[1], q * a[0] - p * b[0]]) / _cross(a, b)
@@ -117,11 +117,11 @@ def _through(terms: Floats, values: Floats, without: Indices) -> Floats:
 def _leaving(terms: Floats, weights: Floats, entering: Floats) -> Indices:
     """Return which of three signed terms (2, 3, k) leaves for another, (2, k).
 
-    The one whose weight falls to 0 first.
+    It is the one whose weight vanishes first.
     """
-    whole, moved = _cross(terms[:, NEXT], terms[:, LAST]), terms - entering[:, None]
-    # shares of the three terms in the entering one, 1 together: areas of triangles
-    parts = _cross(moved[:, NEXT], moved[:, LAST])
+    whole, moved = _cross(terms[:, NEXT], terms[:, PREVIOUS]), terms - entering[:, None]
+    # shares of the three terms in the entering one, which add up to 1: areas of triangles
+    parts = _cross(moved[:, NEXT], moved[:, PREVIOUS])
     shares = parts / whole.sum(0)
     ratio = np.where(shares > 0, weights / np.where(shares > 0, shares, 1.0), np.inf)
     return np.asarray(ratio.argmin(0))

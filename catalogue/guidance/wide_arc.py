@@ -1,12 +1,12 @@
 """Arcs near a half circle and beyond: guides on their circuits, over windows of an angle.
 
-Over such an arc a point runs to and fro along its chord, and a small error turns the chord far.  So
-a window ends where the point, seen from the centre of the mean circle, has moved half the angle
-from the middle of the path, either way.  The mean circle has the given radius and the least mean
-square distance from the path.  The deviation is that from the best-placed circle, which cannot
-define the window: where the ends of a path lie opposite its centre is not unique.  The motion
-continues through dead points, and a crank all the way round, so that its parameter is the phase of
-the circuit.
+Along such an arc a point runs to and fro in the direction of its chord, and a small error rotates
+the chord by a large angle. So a window is defined by angles instead: it ends where the point, as
+seen from the centre of the mean circle, has moved half the angle from the middle of the path,
+either way. The mean circle has the given radius and the least mean square distance from the path.
+The deviation is measured from the best-placed circle. That circle cannot define the window, as its
+centre is not unique where the ends of a path are opposite each other. The motion passes dead
+points, and full turns of a crank, so its parameter is the phase of the circuit.
 """
 
 from __future__ import annotations
@@ -28,23 +28,24 @@ from .trace import LEAST_SURE, Traced
 
 
 class WideArc(NamedTuple):
-    """How windows along wide arcs are found and measured."""
+    """Options of windows along wide arcs."""
 
-    #: Steps either way that bracket the ends of a window: none turns a path by more than a fifth
-    #: of a turn.
+    #: Number of steps either way that bracket the ends of a window: none turns a path by more than
+    #: a fifth of a turn.
     steps: int = 64
-    #: Length of these steps either way [periods]: an arc of 350 degrees may take most of a period
-    #: on one side.
+    #: Total length of these steps either way [periods]: an arc of 350 degrees may take most of a
+    #: period on one side.
     farthest: float = 0.8
     nodes: int = 32  #: intervals between the Chebyshev points of a window in a search
-    finer: int = 128  #: the intervals at most, doubled where they do not resolve the deviation
-    shown: int = 128  #: intervals at which the deviation of an answer is measured
-    most: int = 512  #: these intervals at most
-    #: Most corrections of a window, each to the mean circle of the path between its last ends.
+    finer: int = 128  #: largest number of these intervals, which is doubled where they do not resolve the deviation
+    shown: int = 128  #: number of intervals at which the deviation of an answer is measured
+    most: int = 512  #: largest number of intervals for an answer
+    #: Largest number of corrections of a window, each to the mean circle of the path between its
+    #: last ends.
     rounds: int = 10
-    reached: float = 1e-12  #: displacement of an end by the last correction [rad]
-    missed: float = 1e-9  #: error of a window where that is not reached [rad]
-    difference: float = 1e-6  #: step of the difference quotients [rad]
+    reached: float = 1e-12  #: displacement of an end by a correction below which the iteration stops [rad]
+    missed: float = 1e-9  #: accepted error of a window where `reached` is not met [rad]
+    difference: float = 1e-6  #: step of difference quotients [rad]
 
 
 WIDE_ARC = WideArc()
@@ -60,8 +61,8 @@ class WideArcs(Columns):
         Phases of the middle of the path, its start and its end; the end lies before the start where
         the point runs along the arc against the phase [rad].
     fit : Fit
-        The nominal is the best-placed arc of the radius, which bulges to the left of its way; the
-        deviation is NaN where the point does not run forward along the whole arc.
+        The nominal is the best-placed arc of the radius, which bulges to the left of its direction;
+        the deviation is NaN where the point does not run forward along the whole arc.
     """
 
     middle: Floats
@@ -91,13 +92,13 @@ def wide_arcs(
     Parameters
     ----------
     centre : complex ndarray, shape (n,)
-        About where the centres of the arcs are.
+        Approximate centres of the arcs.
     radius : ndarray, shape (n,)
-        Of the arcs [length].
+        Radii of the arcs [length].
     angle : float
-        Of the arcs [deg].
+        Angle of the arcs [deg].
     nodes, most : int
-        Intervals between Chebyshev points at first, and at most.
+        First and largest number of intervals between Chebyshev points.
     """
     half = 0.5 * np.radians(angle)
     with np.errstate(all="ignore"):
@@ -141,10 +142,10 @@ def _bracketed(
     Returns
     -------
     ndarray, shape (2, n)
-        Phases below and above the middle at which points have gone `half` an arc, NaN if never
+        Phases before and after the middle at which points have passed `half` an arc, NaN if never
         [rad].
     ndarray, shape (n,)
-        1 where points run counterclockwise as the phase rises, else -1.
+        1 where points run counterclockwise with increasing phase, else -1.
     """
     share = np.linspace(-WIDE_ARC.farthest, WIDE_ARC.farthest, 2 * WIDE_ARC.steps + 1)[:, None]
     s = middle + share * some.period
@@ -190,7 +191,7 @@ def _corrected(
     ndarray, shape (2, n)
         Phases of the ends [rad].
     ndarray, shape (n,)
-        Angle by which the ends were off before [rad].
+        Angular error of the ends before the step [rad].
     """
     step = WIDE_ARC.difference
     side = np.array([[-1.0], [1.0]])
@@ -237,15 +238,15 @@ def _measured(
 
 
 def along_circuits(linkage: Linkage, point: Complexes) -> CircuitCurve:
-    """Return coupler curves (n,) along circuits, of guides in mid-stroke."""
+    """Return coupler curves (n,) along circuits, for guides in mid-stroke."""
     every = circuits(linkage)
-    here = every[np.flatnonzero(np.diff(every.of, prepend=-1) != 0)]  # that of the given position comes first
+    here = every[np.flatnonzero(np.diff(every.of, prepend=-1) != 0)]  # the circuit of the given position comes first
     n = len(linkage)
     return CircuitCurve(CircuitMotion(here, here.phase, np.ones(n, complex), np.zeros(n, complex)), point)
 
 
 def on_wide_arcs(some: Circuits, point: Complexes, found: WideArcs) -> tuple[CircuitCurve, Traced]:
-    """Move coupler points of circuits, as given with the linkages, to mid-arc."""
+    """Move coupler points of circuits from the positions given with the linkages to mid-arc."""
     n = len(found.middle)
     moving = CircuitMotion(some, found.middle, np.ones(n, complex), np.zeros(n, complex))
     guided = some.pose(found.middle[None]).point(point)[0]
@@ -261,7 +262,7 @@ def traced_about(
     nodes: int = WIDE_ARC.nodes,
     most: int = WIDE_ARC.finer,
 ) -> Traced:
-    """Trace guides that stand in the middles of their arcs; parameters as of `wide_arcs`."""
+    """Trace guides given in the middles of their arcs; for parameters see `wide_arcs`."""
     moving = curve.motion
     found = wide_arcs(
         moving.circuits, curve.point, moving.middle, centre, radius, angle, nodes=nodes, most=max(nodes, most)

@@ -1,8 +1,8 @@
-"""Search circuits for windows nearest to an arc near a half circle or beyond.
+"""Search circuits for windows closest to an arc near a half circle or beyond.
 
-The phase of its middle identifies a window over such an arc.  A curve is cut into pieces, and the
-middles of all pieces are compared by the mean square distance of a few places from their mean
-circle; the best ones are moved to reduce the deviation itself.
+The phase of its middle identifies a window over such an arc. A curve is cut into pieces, and
+windows about all pieces are compared by the mean square distance of a few places from their mean
+circle. The best ones are moved to reduce the deviation itself.
 """
 
 from __future__ import annotations
@@ -19,29 +19,30 @@ from .wide_arc import WideArcs, wide_arcs
 
 
 class WideStretches(NamedTuple):
-    """How windows along wide arcs are searched for on a circuit."""
+    """Options of the search for windows along wide arcs on a circuit."""
 
-    #: least pieces of an arc: the middle of a window is found to a twenty-fourth of it
+    #: least number of pieces of an arc: the middle of a window is located to a twenty-fourth of the
+    #: arc
     pieces: int = 24
-    fewest: int = 160  #: least pieces of a circuit, as of other windows
-    most: int = 2560  #: most pieces of a circuit: shorter arcs are not looked for
-    spread: int = 24  #: windows of a circuit that are tried besides, evenly
-    #: Places of a window that are read: a path with eight waves over it has four on each.
+    fewest: int = 160  #: least number of pieces of a circuit, as for other windows
+    most: int = 2560  #: largest number of pieces of a circuit: shorter arcs are not searched for
+    spread: int = 24  #: number of further trial windows of a circuit, evenly spaced
+    #: Number of sampled places of a window: a path with eight waves over it has four on each.
     places: int = 33
-    #: Least part of its turn about the mean circle, and of the requested angle, over which a path
-    #: runs forward.
+    #: Least part of its angle about the mean circle, and of the requested angle, over which a path
+    #: must run forward.
     forward: float = 0.7
-    moves: int = 3  #: moves of a mean circle from the circle that fits squared radii best
-    spare: int = 3  #: windows followed per stretch that is wanted: some of them overlap
-    least: int = 4  #: least windows of a circuit that are followed
+    moves: int = 3  #: number of moves of a mean circle from the circle that fits squared radii best
+    spare: int = 3  #: number of windows followed per requested stretch: some of them overlap
+    least: int = 4  #: least number of windows followed on a circuit
     first: float = 2.0  #: longest move of the first round [pieces]
     shorter: float = 1 / 3  #: longest move of a round over that of the round before
-    rounds: int = 14  #: rounds, which leave a millionth of a piece
+    rounds: int = 14  #: number of rounds, which leave an error of a millionth of a piece
 
 
 WIDE = WideStretches()
 
-#: Moves of a middle that are tried [parts of the longest].
+#: Trial moves of a middle [largest moves].
 WAYS = np.linspace(-1, 1, 7)
 
 
@@ -53,9 +54,9 @@ def nearest_arcs(
     Parameters
     ----------
     radius, angle : float
-        Of the arcs [length, deg].
+        Radius and angle of the arcs [length, deg].
     count : int
-        How many stretches of a linkage are wanted: a few more are returned of each circuit, as some
+        Requested number of stretches per linkage: a few more are returned for each circuit, as some
         may overlap.
 
     Returns
@@ -63,7 +64,7 @@ def nearest_arcs(
     ndarray of int, shape (n,)
         Numbers of the circuits.
     WideArcs
-        Those n windows that were found.
+        The n windows found.
     """
     of, middle, by, centre = _begun(circuits, point, radius, angle, max(WIDE.spare * count, WIDE.least))
     if not len(of):
@@ -99,8 +100,8 @@ def _begun(
 ) -> tuple[Indices, Floats, Floats, Complexes]:
     """Select the most promising windows, at most `count` per circuit.
 
-    Returns their circuits, the phases of their middles, the permitted moves of these [rad], and
-    estimates of the arcs' centres.
+    Return their circuits, the phases of their middles, the largest moves of these middles [rad],
+    and estimates of the arcs' centres.
     """
     curves = Curves.of(circuits, point, np.arange(len(circuits)))
     length = radius * np.radians(angle)
@@ -137,7 +138,7 @@ def _of_pieces(
     smooth = np.where(forward, off, np.inf)
     least = (smooth <= np.roll(smooth, 1, 0)) & (smooth < np.roll(smooth, -1, 0))
     first = np.argsort(np.where(least, smooth, np.inf), axis=0, kind="stable")[:count]
-    # windows that run forward may be few, and between others
+    # few windows may run forward, possibly between the others: add evenly spaced ones
     spread = np.broadcast_to(
         np.arange(WIDE.spread)[:, None] * (pieces // WIDE.spread),
         (WIDE.spread, len(which)),

@@ -1,8 +1,8 @@
 """Windows of coupler curves: measured, and moved to where their paths are straightest.
 
-A window begins in a cell (`cells`) of its curve.  It is moved along the curve, by ever shorter
-ways, until its deviation, that of `minimum_zone`, is least; where it may not be moved on, because
-the path turns by more than is allowed there, it ends at that limit.
+A window begins in a cell (`cells`) of its curve. It is moved along the curve in ever shorter steps
+until its deviation, by `minimum_zone`, is minimal. Where the turn of the path would exceed its
+limit, the window stops at that limit.
 """
 
 from __future__ import annotations
@@ -22,32 +22,34 @@ from .minimum_zone import alternating, grid, reference
 
 
 class WindowOptions(NamedTuple):
-    """How windows along a curve are found, followed and measured."""
+    """Options of the search for windows along a curve, and of their measurement."""
 
-    #: Largest deviation of a window that is moved on, over the least known: read in the middle of
-    #: each piece, it falls by no more to the next one, a twentieth of a window away.
+    #: Largest deviation of a window that is moved on, over the least known. Windows are measured in
+    #: the middle of each piece: towards the next piece, a twentieth of a window away, the deviation
+    #: falls by at most this factor.
     looser: float = 1.6
-    apart: float = 0.05  #: Least distance of the beginnings of two windows [windows]: half a piece.
-    peak: float = 1.4  #: largest over mean error of a path that is as good as it can be, about
-    #: Growth of the displacements while a stroke is sought or kept along the best line, where the
-    #: best is the farthest.
+    apart: float = 0.05  #: least distance of the starts of two windows [windows]: half a piece
+    peak: float = 1.4  #: approximate ratio of largest to mean error of a path that cannot be improved
+    #: Growth of the moves while a stroke is corrected along the best line, if the best trial is the
+    #: farthest.
     farther: float = 2.0
-    wide: float = 1 / 6  #: largest displacement of these windows [windows]
-    #: Most secant steps to the end of a window: where its path turns by 84 degrees they close in
-    #: slowly.
+    wide: float = 1 / 6  #: largest move of these windows [windows]
+    #: Largest number of secant steps to the end of a window: where its path turns by 84 degrees
+    #: they converge slowly.
     steps: int = 8
     close: float = 1e-5  #: permitted error of a stroke [strokes]
     negligible: float = 1e-7  #: error of a stroke at which no further step is taken [strokes]
-    #: most corrections of a chord until the stroke along the best line is the requested one
+    #: largest number of corrections of a chord until the stroke along the best line is the
+    #: requested one
     tilts: int = 3
     nodes: int = 16  #: intervals between the Chebyshev points of a window during the search
     finer: int = 32  #: intervals for the final measurement
-    #: Cosine of the largest turn of a path in a search, over that at which it no longer runs
-    #: forward: its stroke is corrected in the last digits within the limit.
+    #: Factor of the cosine below which a path no longer runs forward, as the limit in a search: the
+    #: last corrections of the stroke then stay within the limit.
     inside_limit: float = 1.03
     #: Distance inside its ends at which a path is tested for turning back [half windows].
     edge: float = 1e-5
-    together: int = 12  #: windows of few curves, of several strokes, that are sought at once
+    together: int = 12  #: number of windows on few curves, of several strokes, that are searched for at once
     fullest: float = 1.95  #: chord over radius of the widest arc
 
 
@@ -55,10 +57,10 @@ WINDOW = WindowOptions()
 
 
 class Moves(NamedTuple):
-    """Rounds of trial windows about the best one so far."""
+    """Trial windows about the best one so far, in rounds."""
 
-    places: Floats  #: displacements that are tried [largest displacement of the round]
-    shrinking: float  #: largest displacement over that of the round before
+    places: Floats  #: trial moves [largest move of the round]
+    shrinking: float  #: ratio of the largest moves of successive rounds
     rounds: int
 
 
@@ -66,13 +68,13 @@ THOROUGH = Moves(np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 
 QUICK = Moves(np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: Moves while a stroke is corrected.
 CORRECTING = Moves(np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
-#: Windows about each first one, and how many of them are followed, in a thorough and a quick
-#: search.
-ABOUT = ((13, 2), (7, 1))
-#: Strokes tried for a given deviation [largest distance on the curve].
-LADDER = 0.95 * 0.8 ** np.arange(24)
+#: Number of windows about each first one, and number of these followed: in a thorough, and in a
+#: quick search.
+TRIALS_ABOUT = ((13, 2), (7, 1))
+#: Trial strokes for a given deviation [largest distance on the curve].
+TRIAL_STROKES = 0.95 * 0.8 ** np.arange(24)
 
-#: Points of paths (m, n) at phases (m, n), or (n,).
+#: Function that computes points of paths (m, n) at phases (m, n), or (n,).
 Path = Callable[[Floats], Complexes]
 
 
@@ -83,19 +85,19 @@ class Stretches(Rows):
     Attributes
     ----------
     circuit : ndarray of int
-        Which of the circuits.
+        Number of the circuit.
     low, high : ndarray
         Phases of the ends [rad].
     stroke, chord : ndarray
-        Distance of the ends, or of their projections on the best line; distance of the ends
-        [length].
+        The stroke is the distance of the ends, or of their projections on the best line; the chord
+        is the distance of the ends [length].
     deviation : ndarray
         Half the width of the narrowest strip or annulus, or the largest distance from the
-        best-placed arc of the radius that is given; NaN where the path turns back on the way
+        best-placed arc of the given radius; NaN where the path turns back within the window
         [length].
     extremes : ndarray of int
-        About where it is farthest from the line or circle, to either side in turn, of the fine
-        points of the finer grid, (n, 3 or 4).
+        Fine points of the finer grid near the alternating extremes of the distance from the line or
+        circle, (n, 3 or 4).
     """
 
     circuit: Indices
@@ -108,7 +110,7 @@ class Stretches(Rows):
 
     @classmethod
     def none(cls) -> Stretches:
-        """Return no window."""
+        """Return an empty batch of windows."""
         nothing, whole = np.zeros(0), np.zeros(0, int)
         return cls(whole, nothing, nothing, nothing, nothing, nothing, np.zeros((0, 3), int))
 
@@ -157,7 +159,7 @@ class Search:
     def contenders(self, cells: Cells, bound: Floats) -> tuple[Stretches, Floats]:
         """Select windows that may fall below bounds (k,), with distances to the next ones [rad].
 
-        Every cell that its bound does not exclude is measured in its middle; those that are
+        A window in the middle of every cell that its bound does not exclude is measured; those
         straighter than their neighbours, and not too far above the bound, are returned.
         """
         open_ = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
@@ -180,10 +182,10 @@ class Search:
         return np.sort(order[~worse])
 
     def measured(self, at: Stretches, nodes: int = WINDOW.nodes, *, along: bool = False) -> Stretches:
-        """Fit windows, from their begin and approximate length, to their strokes.
+        """Fit windows, given by their start and approximate length, to their strokes.
 
-        They are pushed back from the ends of open circuits.  A stroke is a chord, or a length
-        `along` the best line.
+        Windows beyond the ends of open circuits are moved back. A stroke is a chord, or with
+        `along` a length along the best line.
         """
         found = self._over(at, at.chord if along else at.stroke, nodes)
         for _ in range(WINDOW.tilts * along):
@@ -199,7 +201,7 @@ class Search:
         """Return windows over chords (n,), with their strokes along the best line."""
         path, open_ = self._path(at), self._open(at)
         with np.errstate(all="ignore"):
-            # a circuit from infinity to infinity has two ends, at which windows stop
+            # an open circuit has two ends, at which windows stop
             low = np.where(open_, np.maximum(at.low, 0.0), at.low)
             high = _far_end(path, low, at.high + low - at.low, chord)
             beyond = open_ & (high > 2 * np.pi)
@@ -223,7 +225,7 @@ class Search:
             share = np.concatenate([[WINDOW.edge - 1], points.nodes, [1 - WINDOW.edge]])
             z = path(0.5 * (low + high) + 0.5 * (high - low) * share[:, None])
             seen, half = from_chord(z[1:-1])
-            # between its last points, too
+            # test between the last two points too
             onward = (((z[[0, -2]] - z[[1, -1]]) * (z[-2] - z[1]).conj()).real > 0).all(0)
             held = bent(seen[nodes // 2].imag, half, self.radius) if self.radius is not None else None
             forward = (
@@ -239,19 +241,19 @@ class Search:
 
     def _path(self, at: Stretches) -> Path:
         """Return the paths of windows by their phases."""
-        curves, of = self.curves, at.circuit  # not their tables, which are long
+        curves, of = self.curves, at.circuit  # do not capture the tables of the curves, which are large
         some, z, offset, sense = curves.circuits[of], curves.point[of], curves.offset[of], curves.sense[of]
         return lambda s: np.asarray(some.pose(offset + sense * s).point(z))
 
     def _open(self, at: Stretches) -> Mask:
-        """Return which windows are of open circuits."""
+        """Tell which windows are on open circuits."""
         return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
-        """Shift windows to the least deviations nearby; return the spacing too [rad]."""
+        """Shift windows to the least deviations nearby; return also the spacing of trials [rad]."""
         if not len(at.low):
             return at, np.zeros(0)
-        count, kept = ABOUT[self.quick]
+        count, kept = TRIALS_ABOUT[self.quick]
         by = WINDOW.wide * (at.high - at.low)
         tried, off = self._tried(at, by, np.linspace(-1, 1, count))
         beside = np.pad(off, ((1, 1), (0, 0)), constant_values=np.inf)
@@ -259,12 +261,12 @@ class Search:
         order = np.argsort(off, axis=0, kind="stable")[:kept]
         good = np.isfinite(np.take_along_axis(off, order, 0)).T
         column = np.broadcast_to(np.arange(len(by)), order.shape).T[good]
-        lost = np.setdiff1d(np.arange(len(by)), column)  # too long to be followed anywhere near
+        lost = np.setdiff1d(np.arange(len(by)), column)  # windows too long to fit anywhere near
         found, near = join(tried[order.T[good] * len(by) + column], at[lost]), np.concatenate([column, lost])
         return found, (by * 2 / (count - 1))[near]
 
     def best(self, at: Stretches, bound: Floats) -> Floats:
-        """Return the least known deviations, of linkages or, in a thorough search, of curves."""
+        """Return the least known deviations: of linkages or, in a thorough search, of curves."""
         own = self.owner
         least = np.full(len(self.curves), np.inf)
         np.fmin.at(least, own, bound)
@@ -272,9 +274,9 @@ class Search:
         return np.asarray(least[own])
 
     def listed(self, at: Stretches, bound: Floats, count: int) -> Floats:
-        """Return the deviations of rank `count` on curves (k,), bounds (k,) where fewer are known.
+        """Return the deviations of rank `count` on curves (k,), or bounds (k,) if fewer are known.
 
-        Windows that cover one that is straighter by more than a half do not count.
+        A window that overlaps a straighter one by more than a half does not count.
         """
         order = np.lexsort((at.deviation, at.circuit))
         of = at.circuit[order]
@@ -292,7 +294,7 @@ class Search:
     def farthest(self, at: Stretches) -> Floats:
         """Return the longest stroke of a window in the group of each curve, (k,); 0 without any.
 
-        The group is that of `owner`.
+        Groups are those of `owner`.
         """
         own = self.owner
         most = np.zeros(len(self.curves))
@@ -309,9 +311,9 @@ class Search:
     def _tried(
         self, at: Stretches, by: Floats, way: Floats, nodes: int = WINDOW.nodes, *, along: bool = False
     ) -> tuple[Stretches, Floats]:
-        """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad].
+        """Return windows moved along their paths by fractions `way` (m,) of `by` (n,) [rad].
 
-        Their deviations, (m, n).
+        Return also their deviations, (m, n).
         """
         each = at[np.tile(np.arange(len(at.low)), len(way))]
         shift = (way[:, None] * by).ravel()
@@ -330,8 +332,8 @@ class Search:
     ) -> tuple[Stretches, Floats]:
         """Move windows along their paths to where they are straightest.
 
-        First by moves up to `by` (n,) [rad]; also returns the lengths of the next moves.
-        `correcting`: after a change of their strokes.
+        The first moves are up to `by` (n,) [rad]; the lengths of the next moves are returned too.
+        `correcting` applies after a change of their strokes.
         """
         n = len(at.low)
         way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick and not along else THOROUGH
@@ -339,12 +341,12 @@ class Search:
         for _ in range(all_rounds if rounds is None else rounds):
             if rounds is not None or correcting or along or nodes != WINDOW.nodes:
                 tried, off = self._tried(at, by, way, nodes, along=along)
-            else:  # the first is the window as it is, which was measured before
+            else:  # the first trial is the window itself, which is measured already
                 tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             # take the shortest move of equal deviation: all moves past the end of an open circuit
-            # give one window
+            # give the same window
             best = np.argmax(off <= off.min(0) * (1 + WINDOW.close), axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)
@@ -360,15 +362,15 @@ class Search:
     def longer(self, allowed: Floats, count: int) -> Stretches:
         """Return windows about as long as the deviations (k,) permit.
 
-        Of each circuit: the longest estimated feasible one, one shorter and `count` - 1 longer
-        ones, at least one.
+        For each circuit these are the longest estimated feasible one, one shorter, and `count` - 1
+        longer ones, at least one.
         """
         across = self.curves.across
         if self.radius is not None:
             across = np.minimum(across, WINDOW.fullest * self.radius)
         parts, which, held, rung = [], np.flatnonzero(across > 0), np.zeros(len(across), int), 0
-        while len(which) and rung < len(LADDER):
-            shares = LADDER[rung : rung + max(WINDOW.together // len(which), 1)]
+        while len(which) and rung < len(TRIAL_STROKES):
+            shares = TRIAL_STROKES[rung : rung + max(WINDOW.together // len(which), 1)]
             cells = self.cells(np.outer(shares, across[which]).ravel(), np.tile(which, len(shares)))
             found = self.places(cells, 2)
             share = np.argmin(np.abs(shares[:, None] - found.stroke / across[found.circuit]), axis=0)
@@ -387,7 +389,7 @@ class Search:
         return tried[np.flatnonzero(np.arange(len(first)) - first < max(count, 2) + 1)]
 
     def numbered(self, at: Stretches) -> Stretches:
-        """Return windows with the numbers of their circuits among all, and phases of these."""
+        """Return windows with the original numbers of their circuits, and with phases of these."""
         of, offset, sense = at.circuit, self.curves.offset[at.circuit], self.curves.sense[at.circuit]
         ends = np.sort(np.stack([offset + sense * at.low, offset + sense * at.high]), axis=0)
         return replace(at, circuit=self.curves.number[of], low=ends[0], high=ends[1])
