@@ -23,14 +23,14 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Integers, Mask
 from ..problem.problem import Problem
 
-#: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave
-#: up to 0.2 per cent of it open where a dead point is near, or many extremes are as large.
+#: Intervals between the Chebyshev points at which the deviation of an answer is measured: with 32
+#: the error is up to 0.2 per cent near a dead point, or where many extremes are as large.
 SHOWN = 128
-#: How far from its bound a rough allowance is sure to be on the right side, as a part of the bound,
-#: by the coordinates of the nominal that are sought: of 6,000 candidates it is off by 13 per cent
-#: at most, by 20 where a radius is sought.
+#: Relative distance from its bound beyond which a rough allowance decides correctly, by the number
+#: of coordinates of the nominal that are fitted: in 6,000 candidates its error is at most 13 per
+#: cent, 20 where a radius is fitted.
 ROUGH_WITHIN = {0: 0.15, 2: 0.15, 3: 0.4}
-#: The ways to lay a guide along a line: travelled the other way, mirrored in it.
+#: Orientations of a guide along a line, as pairs (path reversed, guide mirrored in the line).
 FLIPS = ((False, False), (True, False), (False, True), (True, True))
 
 
@@ -71,8 +71,8 @@ class CandidateBatch(Rows):
     origin: Origin
     linkage: Linkage
     point: Complexes  # guided points in mid-stroke
-    pole: Complexes  # there; tells the branch of a linkage at a change point, NaN where it is not known
-    chart: Integers  # of the motion, whose parameter the traces are in
+    pole: Complexes  # pole in mid-stroke; tells the branch of a linkage at a change point, NaN where unknown
+    chart: Integers  # number of the chart of the motion that parametrises the traces
     traced: Traced  # the path over the stroke and its nominal
     measures: Measures
     allowance: Floats
@@ -92,7 +92,7 @@ class CandidateBatch(Rows):
 
     @cached_property
     def curve(self) -> Any:
-        """Their coupler curves from mid-stroke; along wide arcs a `CircuitCurve`."""
+        """Coupler curves of the candidates from mid-stroke; along wide arcs a `CircuitCurve`."""
         return curves(self.linkage, self.point, self.pole, self.chart)
 
 
@@ -106,7 +106,7 @@ def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Integers)
 def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
     """Place traced guides along the path from 0 to 1, arcs bulging to +y.
 
-    Those that were not traced stay where they are.
+    Guides without a trace keep their place.
 
     Returns
     -------
@@ -129,7 +129,7 @@ def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Trac
 def flipped(
     linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask, stroke: float = 1.0
 ) -> tuple[Linkage, Complexes, Complexes]:
-    """Run placed guides the other way (`reverse`), mirror them in the line of the path (`over`)."""
+    """Reverse placed guides along the path (`reverse`), or mirror them in its line (`over`)."""
     _, pole = mirrored(linkage, pole, stroke, reverse, over)
     linkage, point = mirrored(linkage, point, stroke, reverse, over)
     return linkage, point, pole
@@ -160,7 +160,7 @@ def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Co
 def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
     """List the orientations of n guides as pairs of masks (n,), reverse and over.
 
-    Four of a line, two of an arc.
+    A line permits four orientations, an arc two.
     """
     flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
@@ -177,7 +177,7 @@ def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexe
 def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
     """Place guides near the arc of a problem along it, and measure them.
 
-    They stand in the middles of their paths; `nodes` as of `wide_arcs`.
+    Their reference position is in the middle of the path; `nodes` are arguments of `wide_arcs`.
     """
     path, n = problem.path, len(guides)
     assert path.radius is not None
@@ -200,7 +200,7 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
     if problem.needs_allowance:
         zone = Zone(*problem.zone)
         allowance = allowances(problem.deviation, guides, traced, zone, rough=True)
-        if wanted.min_allowance is not None:  # what decides is what is shown
+        if wanted.min_allowance is not None:  # decide by the value that is shown
             away = np.abs(allowance / wanted.min_allowance - 1)
             close = np.flatnonzero((expected <= problem.deviation) & (away < ROUGH_WITHIN[zone.free]))
             allowance[close] = _shown_allowances(problem, guides[close], traced[close])
@@ -226,7 +226,7 @@ def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 
 
 def _shown_expectations(problem: Problem, found: CandidateBatch) -> Floats:
-    """Return the deviations of candidates that the play leaves, (n,) [strokes]."""
+    """Return the deviations expected of candidates with play, (n,) [strokes]."""
     zone, play = Zone(*problem.zone), problem.constraints.play
     if not play:
         return found.deviation
@@ -244,10 +244,10 @@ def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, tra
 def near_path(
     problem: Problem, origin: Origin, moved: CouplerCurve | CircuitCurve, nominal: Nominal | None = None
 ) -> CandidateBatch:
-    """Place guides near the path along it again, and measure them.
+    """Place guides along the path again after small moves, and measure them.
 
-    They stand near mid-stroke, arcs bulging to +y.  With a `nominal`, such as the path itself,
-    distances are from it, and guides stay where they are.
+    They are given near mid-stroke, arcs bulging to +y. With a `nominal`, such as the path itself,
+    distances are measured from it, and the guides keep their place.
     """
     if isinstance(moved, CircuitCurve):
         return on_wide_arc(problem, origin, moved)
@@ -258,7 +258,7 @@ def near_path(
     back = found.fit.along.real < 0  # guides keep their side of the path
     found = _reversed(found, back)
     linkage, point, traced = placed(moved, found, 1.0)
-    if problem.curvature is None:  # an arc that has turned over is none of what is asked
+    if problem.curvature is None:  # an arc that bulges the other way does not answer the request
         turned = traced.fit.curvature >= 0
         traced = replace(traced, fit=replace(traced.fit, deviation=np.where(turned, np.nan, traced.fit.deviation)))
     with np.errstate(all="ignore"):
@@ -285,8 +285,9 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> CandidateBatch:
     """Place candidates along the nominal of a finer grid, and measure their deviations there.
 
-    Where double precision does not suffice, with more digits.  With `rigid` lengths keep their last
-    digit; the fitted stroke may then differ from the requested one by as much as the grids do.
+    Extended precision is used where double precision does not suffice. With `rigid` link lengths
+    keep their last digit; the fitted stroke may then differ from the requested one by the error of
+    the grid.
     """
     guides = found.curve
     if isinstance(guides, CircuitCurve):
@@ -303,7 +304,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
         traced = unscaled(traced)
     back = traced.fit.along.real < 0
     linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
-    still = guides.motion.branch != 0  # at a change point the pivots as they stand tell the branch, with the pole
+    still = guides.motion.branch != 0  # at a change point the pivots as given, with the pole, tell the branch
     linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
     point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)

@@ -22,8 +22,8 @@ from ..problem.region import Region
 from ..quantities import BOUNDS, DEGREES, DRIVE_METRICS, DRIVES, MEASURES, SIZES, Bound
 from .batch import CandidateBatch, every_flip, flipped
 
-#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former,
-#: slots with the latter.
+#: Regions of pivots, with the pivots (0 fixed, 1 moving) that they must contain. Rails count as
+#: fixed pivots, slots as moving ones.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 
 
@@ -45,12 +45,12 @@ class ViolationWeights(NamedTuple):
 
 WEIGHTS = ViolationWeights()
 
-#: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded
-#: to double are off by more than such a guide deviates.  The first where no `max_size` is given,
-#: unless something else that is asked for is more than a tenth as large.
+#: Largest size of an answer [strokes]: a much longer link stands for a slider, and rounding of its
+#: pivots exceeds the deviation of the guide. The first holds without `max_size`; it grows to at
+#: most the second where another requested length is more than a tenth of it.
 FARTHEST = 100.0, 1e3
-#: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that
-#: among exact guides a smaller deviation orders the answers, but gains next to nothing.
+#: Deviation over stroke of an exact guide, which is rounding. It is added to the ranked deviation,
+#: so that a smaller deviation still orders exact guides, but gains next to nothing.
 EXACT_DEVIATION = 1e-12
 
 
@@ -59,9 +59,9 @@ class SweptGrid(NamedTuple):
 
     #: Intervals between the Chebyshev points of the stroke; four times as many places are tested.
     intervals: int = 16
-    most: int = 256  #: most intervals: four times as many while they miss too much
-    #: Error of a pivot or slide by the grid [sizes]: it is large where a block swings near its
-    #: pivot.
+    most: int = 256  #: largest number of intervals, which is quadrupled while the error exceeds `missed`
+    #: Largest error of the grid in the place of a pivot or slide [sizes]; it is large where a block
+    #: swings near its pivot.
     missed: float = 1e-4
 
 
@@ -153,7 +153,8 @@ def bounded(problem: Problem, found: CandidateBatch, row: Bound) -> Floats:
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
     """Return the least transmission angles that are ranked, shape (n,) [deg].
 
-    Over the stroke; if the crank must turn fully over its turn, 0 where it does not turn.
+    They are taken over the stroke, or over the turn if the crank must turn fully: then 0 where it
+    does not.
     """
     over_stroke, driver = found.measures.min_transmission, found.measures.driver
     if not problem.constraints.full_rotation:
@@ -169,7 +170,7 @@ def cost(problem: Problem, found: CandidateBatch) -> Floats:
 
 
 def faults(problem: Problem, found: CandidateBatch) -> Indices:
-    """Count the worthless measures of candidates, where the score is ranked, shape (n,)."""
+    """Count the measures with desirability 0, shape (n,); none unless the score is ranked."""
     if problem.relaxed or "score" not in problem.ranking.weights:
         return np.zeros(len(found), int)
     return problem.ranking.faults(values(problem, found))

@@ -1,7 +1,7 @@
 """Selection of answers: the best that are unlike each other.
 
-The number of one series is limited while other series are left.  Several criteria give Pareto
-fronts, one after the other, each spread over its range.
+The number of answers of one series is limited as long as other series have any.  Several criteria
+give Pareto fronts, one after the other, each spread over its range.
 
 Likeness is that of designs, whatever their scale, placement and mirror image. A candidate is placed
 so that its path runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of
@@ -25,7 +25,7 @@ from .feasibility import cost, faults, values
 
 
 class SelectionOptions(NamedTuple):
-    """When candidates are alike, and how many are compared."""
+    """Options of the selection of unlike candidates."""
 
     alike: float = 0.03  #: distance up to which starts are alike, see `distances`
     compared: int = 4  #: candidates compared per candidate kept
@@ -38,7 +38,7 @@ SELECTION = SelectionOptions()
 
 
 def normal_form(pivots: Floats, stroke: float) -> Floats:
-    """Convert pivots (n, 2, 2, 3) to unit vectors (n, 4, 3): dyad by dyad, fixed and moving."""
+    """Convert pivots (n, 2, 2, 3) to unit vectors (n, 4, 3): dyad by dyad, fixed pivots first."""
     unit = pivots.copy()
     unit[..., 0] -= 0.5 * stroke * unit[..., 2]
     unit[..., 2] *= stroke
@@ -46,10 +46,10 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
 
 
 def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
-    """Return all views of designs, unit vectors (m, k, 3), that count as one.
+    """Return all views of designs, unit vectors (m, k, 3), that count as one design.
 
-    From the other side, with `mirror` also mirrored in the path, and with the dyads exchanged;
-    shape (k, 3, m * views).
+    The views are those from the other side, with `mirror` also those mirrored in the path, and
+    those with the dyads exchanged; shape (k, 3, m * views).
     """
     signs = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)][: 4 if mirror else 2], designs.dtype)
     seen = designs[:, None] * signs[:, None]
@@ -61,15 +61,17 @@ def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
 def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     """Compute the distances of designs (m, 4, 3) from others (n, 4, 3); see `normal_form`.
 
-    The largest distance of a pivot, in the view in which it is least; with `mirror`, for straight
-    paths, views mirrored in the path too.  Shape (m, n), 0 to 1; rounding turns 0 into up to 3e-8.
+    The distance is the largest one of a pivot, minimised over all views; with `mirror`, for
+    straight paths, they include views mirrored in the path. Shape (m, n), 0 to 1; rounding turns 0
+    into up to 3e-8.
     """
     poses = in_every_pose(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
     step = max(1, SELECTION.block // max(len(some), 1))
     for start in range(0, len(others), step):
         part = others[start : start + step].transpose(1, 0, 2)
-        cosine = np.abs(part @ poses).min(axis=0).reshape(part.shape[1], len(some), -1)  # of the pivot farthest off
+        # cosine of the pivot farthest off
+        cosine = np.abs(part @ poses).min(axis=0).reshape(part.shape[1], len(some), -1)
         found[:, start : start + step] = np.sqrt(np.maximum(1 - cosine.max(axis=-1).T ** 2, 0.0))
     return found
 
@@ -93,7 +95,7 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
     count : int
         Largest number.
     mirror : bool
-        As of `distances`.
+        See `distances`.
     """
     order = np.argsort(merit, kind="stable")
     order = order[np.isfinite(merit[order])][: SELECTION.compared * count]

@@ -17,7 +17,7 @@ from .batch import CandidateBatch, Origin, on_path
 
 
 def linkages(pivots: Floats, kind: Array) -> Linkage:
-    """Return the linkages of stored guides, of slots the inverse ones."""
+    """Return the linkages of stored guides; for slots their inversions."""
     pivots = np.asarray(pivots).reshape(-1, 2, 2, 3)
     slot = np.isin(kind.astype(str), list(SLOTS.values()))[:, None, None, None]
     return Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))

@@ -2,8 +2,8 @@
 
 The drift is the distance of a guide from the series of its start.
 
-The linearised problem is  min c y  over steps |s_k| <= r and measures y, subject to
-rows (s, y) <= right.  Any multipliers of the rows that balance the cost of the measures prove
+The linearised problem is  min c y  over steps |s_k| <= r and measures y, subject to rows (s, y) <=
+right.  Any multipliers of the rows that balance the cost of the measures prove the bound
 
     min c y >= - right . multipliers - r |rows_s' multipliers|_1,
 
@@ -37,13 +37,13 @@ from .subproblem import Parametrisation, PivotCoordinates, linearise
 class CertificateOptions(NamedTuple):
     """Region and resolution of the certificate."""
 
-    #: Moves for which the bound holds: this part of the unit of each coordinate, a distance from
-    #: the guided point.
+    #: Largest moves for which the bound holds [unit of each coordinate, a distance from the guided
+    #: point].
     region: float = 0.01
-    #: Part of the largest error from which a peak counts as an extremum of the alternation.
+    #: Part of the largest error above which a peak counts as an extremum of the alternation.
     peak: float = 0.95
-    penalty: float = 30.0  #: price of a violated constraint in the proof
-    instants: int = 64  #: intervals between the examined instants of the stroke
+    penalty: float = 30.0  #: weight of a violated constraint in the proof
+    instants: int = 64  #: number of intervals between the stations of the stroke
 
 
 PROOF = CertificateOptions()
@@ -54,13 +54,13 @@ class Certificate:
     """Quality of n guides; arrays of shape (n,).
 
     The gap bounds, to first order, the further reduction of the cost by moves within
-    `PROOF.region`: of a deviation as a part of it, of a score as a part of the desirability, else
-    in strokes and right angles.  0 where the guide is stationary; NaN where the path returns, where
-    it is exact but for rounding and the deviation is ranked, and where nothing was proved.
+    `PROOF.region`: relative for a deviation or a desirability, else in strokes and right angles. It
+    is 0 where the guide is stationary. It is NaN where the path returns, where nothing was proved,
+    and for exact guides ranked by deviation.
     """
 
     gap: Floats
-    alternations: Array  #: peaks of the error of alternating sign, ends of the stroke included; 0 without a gap
+    alternations: Array  #: number of alternating peaks of the error, ends of the stroke included; 0 without a gap
 
 
 def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | None = None) -> Certificate:
@@ -94,7 +94,7 @@ def alternations(error: Floats) -> Array:
 class Drifts:
     """Drifts of refined answers from their series, measured on first use.
 
-    A function returns the series by code: it loads the plugins.
+    `series` is a function that returns the series by code, as this loads the plugins.
     """
 
     def __init__(self, found: CandidateBatch, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
@@ -114,8 +114,8 @@ class Drifts:
 def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Floats:
     """Return the least residual of each guide's own series over its stroke, shape (n,).
 
-    Linkages of slots are inverted.  NaN where the series is not registered, and for cognates, which
-    are of another one.
+    Linkages with slots are inverted. NaN where the series is not registered, and for cognates,
+    which belong to another one.
     """
     n, t = len(found), found.traced.parameters(grid(PROOF.instants).nodes)
     pose = found.curve.motion.pose(t)
@@ -133,7 +133,7 @@ def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = Fal
         linkage, good = Linkage.valid(pivots[:, of].reshape(-1, 2, 2, 3))
         with np.errstate(all="ignore"):
             residual = np.full(len(good), np.nan)
-            with suppress(PluginError):  # NaN: what it breaks is said by `classify`
+            with suppress(PluginError):  # NaN for a plugin that fails; `classify` reports its error
                 residual[good], _ = series[str(code)].residuals(Instant(linkage.inverted() if slots else linkage))
         least[of] = np.fmin.reduce(residual.reshape(len(t), len(of)), axis=0)
     return np.where(found.origin.cognate != 0, np.nan, least)

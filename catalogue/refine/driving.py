@@ -1,7 +1,7 @@
 """Bounds on the drive as smooth pieces, with derivatives by the pivots; loaded on use.
 
-At a fixed place along the nominal the angle of the driving crank has derivatives by the pivots.  So
-has its derivative along the path, the rotation of the crank per length of the path.
+At a fixed place along the nominal the angle of the driving crank is differentiated by the pivots,
+and so is the rotation of the crank per length of the path.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from .quantities import Pieces, Quantities, Row, chosen, ratio
 
 @dataclass(frozen=True)
 class Driving:
-    """Bounds on how candidates are driven, read at the stations of their quantities."""
+    """Bounds on the drive of candidates, at the stations of their quantities."""
 
     of: Quantities
 
     def __call__(self, name: str) -> Pieces:
         """Return the violation of a bound on the drive, as pieces.
 
-        Angles are in radians, others in parts of the bound.
+        Angles are in radians, other measures are divided by the bound.
         """
         row = BOUNDS[name]
         bound, sign = getattr(self.of.problem.constraints, name), 1.0 if row.is_upper else -1.0
@@ -44,7 +44,7 @@ class Driving:
         return Pieces(pieces.value / bound - sign, pieces.slope / bound)
 
     def uniformity(self) -> Pieces:
-        """Return the negative uniformity as pieces, the largest of which counts."""
+        """Return the negative uniformity as pieces; the largest one is the measure."""
         return Pieces.of(self._uniformity(), -1.0)
 
     def _drive_angle(self) -> Iterator[Row]:
@@ -63,7 +63,8 @@ class Driving:
         steady = _at(lever, least) > 0
         for one, other in _pairs(most, least, len(lever)):
             value, slope = ratio((_at(lever, other), _at(by, other)), (_at(lever, one), _at(by, one)))
-            yield np.where(steady | (one == most), value, np.nan), slope  # of a crank that turns back to the fastest
+            # where the crank reverses only the pair with the fastest station counts
+            yield np.where(steady | (one == most), value, np.nan), slope
 
     def _advantage(self) -> Iterator[Row]:
         radius, by_radius = chosen(self._first, *self.of.links()[:2])
@@ -84,7 +85,7 @@ class Driving:
         spoke = np.where(self.of.driver > 0, spoke, np.nan)
         with np.errstate(all="ignore"):
             angle, slope = np.unwrap(np.angle(spoke), axis=0), (by / spoke[..., None]).imag
-        if self.of.problem.constraints.slots:  # the frame of the machine is what turns in its inversion
+        if self.of.problem.constraints.slots:  # in the inversion of a guided slot the frame of the linkage moves
             angle = angle - np.unwrap(np.angle(1 + self.of.pose.x), axis=0)
             slope = slope - self.of.by.angle
         return angle, slope
@@ -106,13 +107,13 @@ class Driving:
 
     @property
     def _lever(self) -> Row:
-        """Return the lever, positive where the crank turns in the sense of the whole stroke."""
+        """Rotation of the crank per length, positive in its sense over the whole stroke."""
         turning, by = self._turning
         return self._side * turning, self._side[:, None] * by
 
 
 def _extremes(values: Floats) -> tuple[Indices, Indices]:
-    """Return where values (m, n) are largest and least, shape (n,) each."""
+    """Return the indices of the largest and least values (m, n), shape (n,) each."""
     good = np.isfinite(values)
     return (
         np.argmax(np.where(good, values, -np.inf), axis=0),
@@ -121,12 +122,12 @@ def _extremes(values: Floats) -> tuple[Indices, Indices]:
 
 
 def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices, Indices]]:
-    """Yield pairs of stations (n,): of the largest or the least value, and each other."""
+    """Yield pairs of stations (n,): that of the largest or least value, with each other one."""
     for station in range(count):
         yield most, np.full_like(least, station)
         yield np.full_like(most, station), least
 
 
 def _at(values: Floats, station: Indices) -> Floats:
-    """Return values (m, n, ...) at a station of each, shape (n, ...)."""
+    """Return values (m, n, ...) at one station per column, shape (n, ...)."""
     return np.asarray(values[station, np.arange(len(station))])

@@ -1,4 +1,4 @@
-"""Moves of placed guides that keep lengths of links, or pivots."""
+"""Moves of placed guides that keep link lengths or pivots."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .subproblem import PivotCoordinates
 
 
 class Projection(NamedTuple):
-    """Return to the held lengths after a step."""
+    """Options of the projection to the held lengths after a step."""
 
-    difference: float = 1e-6  #: step of the differences of lengths by coordinates [strokes]
-    rounds: int = 6  #: most corrections of the lengths
+    difference: float = 1e-6  #: step of finite differences of lengths by coordinates [strokes]
+    rounds: int = 6  #: largest number of corrections of the lengths
     close: float = 1e-13  #: error of the lengths at which corrections stop [strokes]
 
 
@@ -29,10 +29,10 @@ PROJECTION = Projection()
 
 @dataclass(frozen=True)
 class HeldLengths:
-    """The coordinates of the pivots and the guided point that keep lengths by name.
+    """Coordinates of the pivots and the guided point that keep lengths given by name.
 
-    The lengths have given values [strokes].  `frozen` coordinates, (10,), stay too, and fixed
-    pivots `within` a distance of their `places`, (2,) [strokes].
+    The lengths have given values [strokes]. `frozen` coordinates, (10,), are fixed, and fixed
+    pivots stay `within` a distance of their `places`, (2,) [strokes].
     """
 
     values: dict[str, float]
@@ -42,7 +42,7 @@ class HeldLengths:
 
     @property
     def free(self) -> PivotCoordinates:
-        """The coordinates if no length were held."""
+        """The coordinates without held lengths."""
         return PivotCoordinates(self.frozen)
 
     def basis(self, found: CandidateBatch) -> Floats:
@@ -65,7 +65,7 @@ class HeldLengths:
     def closed(self, linkage: Linkage, point: Complexes, unit: Floats) -> tuple[Linkage, Complexes, Mask]:
         """Find the nearest linkages with the held lengths, and a mask of those that exist.
 
-        Moves are measured in units (n, 10, 10).
+        The projection is orthogonal in units (n, 10, 10).
         """
         there = np.ones(len(linkage), bool)
         for _ in range(PROJECTION.rounds):

@@ -1,9 +1,9 @@
-"""Steps that bring linear functions of a few coordinates inside their bounds, many at once.
+"""Steps that bring linear functions of a few coordinates within bounds, for many linkages.
 
 A hinge is the squared violation of a bound; multipliers shift strict bounds until they hold
-(augmented Lagrangian).  While the active hinges stay the same their sum is quadratic: a damped
-Newton step on the hinges active now finds the minimum, or a better set of active ones (semismooth
-Newton).  No programme is solved.
+(augmented Lagrangian). As long as the set of violated bounds does not change, the sum of the hinges
+is quadratic: a damped Newton step on this set finds the minimum, or a better set (semismooth
+Newton). No programme is solved.
 
 Source: J. Nocedal and S. J. Wright, Numerical Optimization, 2006, sec. 17.3 (bound-constrained and
 augmented Lagrangian); the damping is ours.
@@ -21,11 +21,11 @@ from ..kinematics.types import Floats
 
 
 class Damping(NamedTuple):
-    """How the damping follows the length of steps over their radius."""
+    """Damping as a function of the length of steps over their radius."""
 
-    less: float = 0.2  #: least factor of the damping from step to step
+    less: float = 0.2  #: smallest factor of the damping from step to step
     more: float = 30.0  #: largest factor
-    tiny: float = 1e-13  #: damping that rounding asks for [largest entry of the matrix]
+    tiny: float = 1e-13  #: least damping that rounding requires [largest entry of the matrix]
     least: float = 0.01  #: least damping
 
 
@@ -37,15 +37,15 @@ class Hinges:
     """Weighted linear functions of p coordinates with their bounds, for n linkages.
 
     There are k functions with strict bounds on both sides, l with the strict upper bound 0, and q
-    that are reduced below 0 as far as the others permit.
+    that are reduced towards 0 as far as the others permit.
 
     Attributes
     ----------
     slope : ndarray, shape (n, k + l + q, p)
     value : ndarray, shape (n, k + l + q)
-        At the step 0.
+        Values of the functions at step 0.
     bound : ndarray, shape (n,)
-        Of the absolute values of the first k.
+        Bounds of the absolute values of the first k.
     sides : (int, int)
         k and l.
     """
@@ -82,9 +82,9 @@ def bring_inside(
         Steps from which Newton's method starts.
     multipliers : ndarray, shape (n, k + l)
     damping, radius : ndarray, shape (n,)
-        The former grows where steps are longer than the latter, and falls where they are shorter.
+        The damping grows where steps are longer than the radius, and falls where they are shorter.
     plan : sequence of int
-        Newton steps before each renewal of the multipliers, and after the last.
+        Numbers of Newton steps before each update of the multipliers, and after the last one.
 
     Returns
     -------

@@ -14,16 +14,16 @@ from ..kinematics.types import Array, Floats
 class InteriorPoint(NamedTuple):
     """Mehrotra's method: limits and starting point."""
 
-    iterations: int = 50  #: most iterations
-    close: float = 1e-6  #: residual of complementarity, rows and gradient at which they stop
-    #: Residual of complementarity below which the others, unless they fall by half, are rounding
-    #: of large multipliers, which would only grow.
+    iterations: int = 50  #: largest number of iterations
+    close: float = 1e-6  #: residual of complementarity, rows and gradient at which the iteration stops
+    #: Residual of complementarity below which the iteration stops unless the other residuals fall
+    #: by half: they are rounding of large multipliers, which would only grow.
     closest: float = 1e-9
-    block: int = 128  #: most programmes solved together
-    #: Power of the largest cost at which multipliers start: penalties bring them to about that in
-    #: the end.
+    block: int = 128  #: largest number of programmes solved together
+    #: Exponent of the largest cost in the initial multipliers, which end at about that size with
+    #: penalties.
     first: float = 0.6
-    inside: float = 0.99  #: part of the way to the border of the positive orthant that a step goes
+    inside: float = 0.99  #: part of the distance to the border of the positive orthant that a step covers
 
 
 IPM = InteriorPoint()
@@ -46,10 +46,10 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
     Returns
     -------
     x : ndarray, shape (n, p)
-        The last iterate, also where the rows contradict one another; NaN where x is not
-        determined in double precision.
+        The last iterate, even where the rows contradict one another; NaN where x is not determined
+        in double precision.
     multipliers : ndarray, shape (n, k)
-        Of the rows, all positive.
+        Multipliers of the rows, all positive.
     """
     n, k, p = rows.shape
     if n > IPM.block:  # a block fits in the cache of a core
@@ -78,29 +78,29 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
 
 @dataclass(frozen=True)
 class _Programmes(Rows):
-    weight: Floats  #: (n, p)
-    cost: Floats  #: (n, p)
-    rows: Floats  #: (n, k, p)
-    columns: Floats  #: (n, p, k), the rows transposed
-    right: Floats  #: (n, k)
+    weight: Floats  #: diagonal of the quadratic term, (n, p)
+    cost: Floats  #: linear term, (n, p)
+    rows: Floats  #: coefficients of the constraints, (n, k, p)
+    columns: Floats  #: transposed `rows`, (n, p, k)
+    right: Floats  #: right sides of the constraints, (n, k)
 
 
 @dataclass(frozen=True)
 class _Iterates(Rows):
-    """Iterates, or steps of them."""
+    """Iterates, or their steps."""
 
-    x: Floats  #: (n, p)
-    slack: Floats  #: (n, k)
-    dual: Floats  #: (n, k), the multipliers
+    x: Floats  #: variables, (n, p)
+    slack: Floats  #: slacks of the rows, (n, k)
+    dual: Floats  #: multipliers of the rows, (n, k)
 
 
 @dataclass(frozen=True)
 class _Missing(Rows):
     """Residuals of the conditions of optimality."""
 
-    rows: Floats  #: (n, k), primal residuals
-    gradient: Floats  #: (n, p), dual residuals
-    gap: Floats  #: (n, 1), mean complementarity
+    rows: Floats  #: primal residuals, (n, k)
+    gradient: Floats  #: dual residuals, (n, p)
+    gap: Floats  #: mean complementarity, (n, 1)
 
     @property
     def largest(self) -> Floats:
@@ -141,7 +141,7 @@ def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
 def _newton(of: _Programmes, at: _Iterates, missing: _Missing, normal: Floats, target: Floats) -> _Iterates:
     """Solve the normal equations (n, p, p) for Newton's steps.
 
-    They change the products of slacks and multipliers by a target (n, k).
+    The steps change the products of slacks and multipliers by a target (n, k).
     """
     pull = (at.dual * missing.rows + target) / at.slack
     dx = -_solved(normal, missing.gradient[..., None] + of.columns @ pull[..., None])[..., 0]
@@ -154,7 +154,7 @@ def _solved(matrix: Floats, right: Floats) -> Array:
     try:
         return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
-        regular = np.linalg.slogdet(matrix)[0] != 0  # by the same elimination
+        regular = np.linalg.slogdet(matrix)[0] != 0  # both use the same elimination
         out = np.full(right.shape, np.nan)
         out[regular] = np.linalg.solve(matrix[regular], right[regular])
         return out

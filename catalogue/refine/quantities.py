@@ -1,9 +1,9 @@
 """Measures of placed guides as maxima of smooth pieces, with derivatives by the pivots.
 
-A size is the largest of many distances, a least transmission angle the least of many angles: each
-piece is smooth, so that several can decide at once.  Signs are such that more is worse.  Lengths
-are in strokes, angles in right angles; coordinates are those of `catalogue.guidance.sensitivity`.
-What has no derivative in closed form is differenced.
+A size is the largest of many distances, a minimum transmission angle the least of many angles. Each
+of these pieces is smooth, and several of them can determine the measure at once. Signs are such
+that more is worse. Lengths are in strokes, angles in right angles; coordinates are those of
+`catalogue.guidance.sensitivity`. Derivatives without a closed form are finite differences.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ NONE = -1e3
 class PieceOptions(NamedTuple):
     """Resolution of pieces, and limits of their derivatives."""
 
-    corners: int = 33  #: places on an arc beyond a half circle: its size is known to 0.5 %
-    #: Distance below which ends of slides coincide [strokes]: it is never the largest, and any step
-    #: changes its direction.
+    corners: int = 33  #: number of places on an arc beyond a half circle: the error of its size is 0.5 %
+    #: Distance below which ends of slides count as coincident [strokes]: it is never the largest,
+    #: and any step changes its direction.
     same: float = 1e-4
-    squared_sine: float = 1e-4  #: least squared sine of an angle of 0 or 180 degrees in derivatives
+    squared_sine: float = 1e-4  #: least squared sine, in derivatives, of an angle near 0 or 180 degrees
 
 
 PIECE = PieceOptions()
 
 
 class Pieces(NamedTuple):
-    """Pieces of one measure of n guides, more is worse."""
+    """Pieces of one measure of n guides; larger values are worse."""
 
-    value: Floats  #: (n, k)
-    slope: Floats  #: (n, k, 10)
+    value: Floats  #: values, (n, k)
+    slope: Floats  #: derivatives by the coordinates, (n, k, 10)
 
     @classmethod
     def of(cls, rows: Iterable[tuple[Floats, Floats]], sign: float = 1.0) -> Pieces:
-        """Collect pieces with values (n,) and slopes (n, 10); infinite ones are left out."""
+        """Collect pieces with values (n,) and slopes (n, 10); omit infinite ones."""
         value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
         good = np.isfinite(value) & np.isfinite(slope).all(-1)
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
@@ -73,12 +73,12 @@ class Pieces(NamedTuple):
     def raised(self, to: Floats) -> Pieces:
         """Shift the pieces of each guide so that their largest is a given value, shape (n,).
 
-        The given value counts the path between the stations too, which the pieces leave out.
+        The given value includes the path between the stations, which the pieces do not.
         """
         return self.less(np.nan_to_num(self.value.max(1) - to))
 
     def less(self, bound: Floats | float) -> Pieces:
-        """Return the pieces less a bound, shape () or (n,)."""
+        """Subtract a bound, shape () or (n,), from the pieces."""
         return Pieces(self.value - np.reshape(bound, (-1, 1)), self.slope)
 
 
@@ -87,7 +87,7 @@ Row = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Quantities:
-    """Measures of n guides, laid along the path of a problem, as pieces.
+    """Measures of n guides, placed along the path of a problem, as pieces.
 
     Attributes
     ----------
@@ -95,13 +95,13 @@ class Quantities:
     point : complex ndarray, shape (n,)
         Guided points.
     driver : ndarray of int, shape (n,)
-        Number of the crank that drives, 0 where there is none.
+        Number of the driving crank, 0 where there is none.
     slides : complex ndarray, shape (n, 2, 2)
         Ends of rails and slots in mid-stroke, see `Measures.slides`.
     pose : Pose
-        At m stations, Chebyshev points of the stroke.
+        Poses at m stations, Chebyshev points of the stroke.
     by : PoseJacobian
-        Its derivatives.
+        Derivatives of the poses.
     least : ndarray, shape (n,), optional
         Least transmission angles, at the stations and between them [deg].
     """
@@ -128,7 +128,7 @@ class Quantities:
 
     @cached_property
     def machine(self) -> Linkage:
-        """The linkages as built: those of slots are traced as their inversions."""
+        """The linkages as built: those with a guided slot are traced as their inversions."""
         return self.linkage.inverted() if self.problem.constraints.slots else self.linkage
 
     def __call__(self, name: str) -> Pieces:
@@ -155,8 +155,8 @@ class Quantities:
     def ranked(self, name: str) -> Pieces:
         """Return the pieces of a ranked measure.
 
-        The ranked transmission is that over the turn too where a crank must turn fully; a bound on
-        it holds over the stroke.
+        Where a crank must turn fully the ranked transmission angle is that over the turn; a bound
+        on it holds over the stroke.
         """
         if name != "transmission" or not self.problem.constraints.full_rotation:
             return self(name)
@@ -166,7 +166,7 @@ class Quantities:
     def collapse(self) -> Pieces:
         """Return pieces that keep links from shrinking to a point.
 
-        The linkage would turn about it as one body.
+        A linkage with such a point would turn about it as one body.
         """
         rows = [
             (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self.links(), self._length(*self._frame))
@@ -175,7 +175,7 @@ class Quantities:
 
     # -- lengths ---------------------------------------------------------------------------
     def _place(self, j: int) -> Complexes:
-        """Return where a pivot 0 ... 3, or the guided point 4, stands; NaN at infinity."""
+        """Return the place of a pivot, 0 to 3, or of the guided point, 4; NaN at infinity."""
         if j == 4:
             return self.point
         finite = self.linkage.finite.reshape(-1, 4)[:, j]
@@ -190,9 +190,9 @@ class Quantities:
 
     @property
     def ends(self) -> tuple[int, int]:
-        """The planes of the fixed and of the moving pivot of a dyad.
+        """The planes of the fixed and the moving pivot of a dyad.
 
-        Slots are traced inverted, the other way round.
+        They are exchanged for guided slots, which are traced as inversions.
         """
         return (1, 0) if self.problem.constraints.slots else (0, 1)
 
@@ -213,7 +213,7 @@ class Quantities:
 
     def _size(self) -> Pieces:
         n = len(self)
-        ends = [(np.full(n, end), 5) for end in self._corners]  # the path stays where it is
+        ends = [(np.full(n, end), 5) for end in self._corners]  # the path does not move
         every = [*((self._place(j), j) for j in range(5)), *ends]
         rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
         rows += self._reach_of_slides()
@@ -221,7 +221,7 @@ class Quantities:
 
     @property
     def _corners(self) -> Complexes:
-        """Places of the nominal that count for the size: ends, and others on a wide arc."""
+        """Places of the nominal that determine the size: its ends, and others on a wide arc."""
         path = self.problem.path
         if not path.is_wide or path.radius is None or path.angle is None:
             return np.array([0j, path.stroke + 0j])
@@ -242,7 +242,7 @@ class Quantities:
     def _slides(self) -> dict[int, list[Row]]:
         """Possible ends of rails and slots in mid-stroke, by the number of the dyad.
 
-        Places (n,) with derivatives (n, 10), complex; NaN where there is none.
+        They are places (n,) with derivatives (n, 10), complex; NaN where there is none.
         """
         sliding = (self.linkage.dyads != RR).any(0)
         return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
@@ -252,11 +252,11 @@ class Quantities:
         place, by = chosen(linkage.dyads[:, i] == PR, self.at(i, 1), self._seen_by_coupler(i))
         weights = extremes(slide_runs(linkage, self.pose)[..., i])
         slopes = [np.einsum("nm,mnc->nc", w, by) for w in weights]
-        lowest, highest = self.slides[:, i].T  # which more places show better
+        lowest, highest = self.slides[:, i].T  # the measured ends, which have been found on a finer grid
         return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
 
     def _seen_by_coupler(self, i: int) -> Row:
-        """Return the points of the coupler over the fixed pivot of dyad i at the stations."""
+        """Return the coupler points at the fixed pivot of dyad i at the stations."""
         pose, turn = self.pose, 1 + self.pose.x
         away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
         slope = (own_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
@@ -267,7 +267,7 @@ class Quantities:
         return Pieces.of([none, *(distance(*pair) for ends in self._slides.values() for pair in combinations(ends, 2))])
 
     def _reach_of_slides(self) -> Iterable[Row]:
-        """Distances of ends of slides from each other, from pivots and path."""
+        """Distances of the ends of slides from each other, from pivots and from the path."""
         n = len(self)
         still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
         others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
@@ -280,13 +280,13 @@ class Quantities:
     def _transmission(self) -> Pieces:
         """Return minus the transmission angles at the stations [right angles].
 
-        The given crank drives.  All angles are lowered until the least of them is that of the whole
-        path, which may lie between stations.
+        The given crank drives.  All angles are shifted so that the least of them is that of the
+        whole path, which may be between stations.
         """
         driver = self.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
         least = ((np.sign(sine.sum(0)) * sine).min(0) for sine in (other, first))
-        better = np.greater(*least)  # where there is no crank the better dyad counts
+        better = np.greater(*least)  # without a crank the better dyad drives
         second = np.where(driver == 0, better, driver == 2)
         sine, slope = np.where(second, other, first), np.where(second[:, None], two, one)
         side = np.sign(sine.sum(0))
@@ -297,9 +297,10 @@ class Quantities:
         return pieces if self.least is None else pieces.raised(-self.least / 90)
 
     def _over_the_turn(self) -> Iterable[Row]:
-        """Less the transmission angles where they can be least over the turn of the driving crank.
+        """Yield minus the transmission angles that can be least over the turn of the driving crank.
 
-        In right angles; 0 where it does not turn fully; see `catalogue.guidance.metrics`.
+        They are in right angles, 0 where the crank does not turn fully; see
+        `catalogue.guidance.metrics`.
         """
         driver, built = self.driver, self.machine
         kind, margin = built.dyads, rotation_margin(built)
@@ -322,8 +323,8 @@ class Quantities:
     def _sine(self, driver: int) -> Row:
         """Return the sines of the transmission angle at the stations, one dyad driving.
 
-        Shapes (m, n) and (m, n, 10).  With slots they are those of the machine, whose moving pivots
-        are the fixed ones of the traced inversion.
+        Shapes are (m, n) and (m, n, 10). With guided slots the angles are those of the linkage as
+        built, whose moving pivots are the fixed ones of the traced inversion.
         """
         other, kind, (fixed, moving) = 1 - driver, self.linkage.dyads, self.ends
         slide = PR if self.problem.constraints.slots else RP
@@ -342,9 +343,10 @@ class Quantities:
         return sine, slope
 
     def at(self, i: int, j: int) -> Row:
-        """Return where pivot j of dyad i is at the stations, with derivatives.
+        """Return the place of pivot j of dyad i at the stations, with derivatives.
 
-        Its direction if it is at infinity; the guided point as moving pivot of a third dyad.
+        A pivot at infinity has a direction instead. The guided point is the moving pivot of a third
+        dyad.
         """
         if j == 0:
             z, still = self.linkage.points[:, i, 0], np.ones(self.pose.d.shape)
@@ -361,7 +363,7 @@ class Quantities:
 
     # -- room ------------------------------------------------------------------------------
     def _swept(self) -> Pieces:
-        """Largest distances of pivots and guided point out of each side of a convex region."""
+        """Largest distances of pivots and guided point beyond each side of a convex region."""
         wanted, n = self.problem.constraints, np.arange(len(self))
         region = wanted.swept_in
         assert region is not None
@@ -379,9 +381,9 @@ class Quantities:
         return Pieces.of(rows)
 
     def _moved(self, end: Row, slot: Mask) -> Row:
-        """Return where ends (n,) of slides are at the stations.
+        """Return the places of slides' ends (n,) at the stations.
 
-        The coupler carries slots; rails stay.
+        The coupler carries slots; rails are fixed.
         """
         place, slope = end
         arm = self.pose.direction(place - self.pose.origin)
@@ -390,13 +392,13 @@ class Quantities:
         return there, np.where(slot[:, None], turned, slope)
 
     def _uniformity(self) -> Pieces:
-        """Less the speeds of the guided point at the stations, as parts of the largest."""
+        """Minus the speeds of the guided point at the stations, over the largest."""
         from .driving import Driving
 
         return Driving(self).uniformity()
 
     def _turning(self) -> Pieces:
-        """Return the length that the best crank lacks for a full turn; see `guidance.metrics`."""
+        """Return the shortfall of the best crank for a full turn; see `guidance.metrics`."""
         built = self.machine
         kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
@@ -416,7 +418,7 @@ class Quantities:
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
         """Return crank, frame, coupler, other crank, its offset, distance of the fixed pivots.
 
-        The crank is the first one where a mask (n,) is True, else the other.
+        The crank is the first one where a mask (n,) is True, else the second.
         """
         z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
         crank, other = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])
@@ -427,7 +429,8 @@ class Quantities:
     def _offset(self, i: int) -> Row:
         """Distance of a pivot of crank i from the slide of the other dyad.
 
-        Of the fixed pivot from a slider's line, of the moving pivot from a slide's.
+        For a slider it is that of the fixed pivot from the slider's line, for a slide that of the
+        moving pivot from the slide's line.
         """
         z, o, (fixed, moving) = self.linkage.points, 1 - i, self.ends
         slider = self.machine.dyads[:, o] == PR
@@ -446,24 +449,24 @@ class Quantities:
 
 
 def chosen(where: Mask, one: Row, two: Row) -> Row:
-    """Return `one` where a mask (n,) says so, else `two`."""
+    """Select `one` where a mask (n,) is True, else `two`."""
     return np.where(where, one[0], two[0]), np.where(where[:, None], one[1], two[1])
 
 
 def plus(*terms: tuple[Floats | float, Row]) -> Row:
-    """Return the sum of rows, each times a factor, () or (n,)."""
+    """Return the sum of rows times factors, () or (n,)."""
     value = sum(f * v for f, (v, _) in terms)
     return np.asarray(value), np.asarray(sum(np.reshape(f, (-1, 1)) * g for f, (_, g) in terms))
 
 
 def ratio(one: Row, other: Row) -> Row:
-    """Return the quotient of two rows, with its slope."""
+    """Return the quotient of two rows, with its derivatives."""
     value = one[0] / other[0]
     return value, (one[1] - value[:, None] * other[1]) / other[0][:, None]
 
 
 def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
-    """Return the angles of cosines in right angles; NaN but where a mask (n,) says so."""
+    """Return the angles of cosines [right angles]; NaN outside a mask (n,)."""
     sine = np.sqrt(np.maximum(1 - cosine * cosine, PIECE.squared_sine))
     angle = np.where(where, np.arccos(np.clip(cosine, -1, 1)), np.nan)
     return angle / (np.pi / 2), -slope / sine[:, None] / (np.pi / 2)
@@ -496,16 +499,16 @@ def distance(one: Row, other: Row) -> Row:
 
 
 def own_slope(n: int, k: int) -> Complexes:
-    """Return the derivatives (n, 10) of pivot k, 4 the guided point, by its coordinates."""
+    """Return the derivatives (n, 10) of pivot k, or the guided point 4, by its coordinates."""
     by = np.zeros((n, COUNT), complex)
     by[:, 2 * k], by[:, 2 * k + 1] = 1, 1j
     return by
 
 
 def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
-    """Return how far places lie outside a region, with derivatives.
+    """Return the distances of places outside a region, with derivatives.
 
-    Outside each side of a convex region; outside the nearest side of another one.
+    A convex region gives one for each side, another region that of the nearest side.
     """
     corner, out = region.sides
     if region.is_convex:
@@ -523,7 +526,7 @@ def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
 
 
 def _own(i: int, j: int, value: Array) -> Complexes:
-    """Return the derivatives of a pivot by its own coordinates, times a value (m, n)."""
+    """Return the derivatives of a pivot by its own coordinates, times values (m, n)."""
     out = np.zeros((*value.shape, COUNT), dtype=complex)
     out[..., 4 * i + 2 * j], out[..., 4 * i + 2 * j + 1] = value, 1j * value
     return out

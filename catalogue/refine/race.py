@@ -1,11 +1,12 @@
-"""A race: many starts led inside the constraints in cheap rounds, then to a lower cost.
+"""A race: move many starts inside the constraints in cheap rounds, then to a lower cost.
 
 Linkages are evaluated at a few stations along the nominal (`catalogue.guidance.stations`), where
-their errors, limits and measures are linear in the coordinates of the pivots (`race_model`).  A
-round brings these inside their bounds (`hinges`), corrects the step by the errors after it, and
-solves for the new poses.  A start is first led inside with a margin, whatever its cost; then its
-measures are reduced, and it may leave the constraints a little on the way.  The result is not yet
-an answer: circuits, and the path between the stations, are left to the refinement (`sqp`).
+their errors, limits and measures are linear in the coordinates of the pivots (`race_model`). A
+round computes a step that brings these inside their bounds (`hinges`), corrects it by the errors
+after it, and solves for the new poses. A start is first moved inside with a margin, whatever its
+cost. Then its measures are reduced, and it may violate the constraints a little on the way. The
+result is not yet an answer: the refinement (`sqp`) checks circuits and the path between the
+stations.
 """
 
 from __future__ import annotations
@@ -28,25 +29,25 @@ from .subproblem import GRID, units
 
 @dataclass(frozen=True)
 class TrustRegion:
-    """How the trust radius follows the gain of steps, in the units of `units`."""
+    """Control of the trust radius by the gain of steps [`units` of the coordinates]."""
 
     first: float = 0.1  #: radius of the first round
     widest: float = 0.6  #: largest radius
     wider: float = 2.5  #: factor after a round that lowered the merit
-    narrower: float = 0.25  #: factor after one that did not
+    narrower: float = 0.25  #: factor after a round that did not lower the merit
     damping: float = 0.1  #: damping of the first step
-    least: float = 1e-9  #: least length of a step that narrows the radius
+    least: float = 1e-9  #: step below which the radius is no longer reduced
 
 
 TRUST = TrustRegion()
-#: By how much measures aspire to less, at least and at most, within these as far as the radius:
-#: with short steps only the largest pieces decide [strokes, right angles, `PART`].
-ASPIRE = (0.01, 0.5)
+#: Least and largest reduction of measures to aim for in a step, in between the trust radius: short
+#: steps are determined by the largest pieces alone [strokes, right angles, `PART`].
+TARGET_REDUCTION = (0.01, 0.5)
 
-#: Newton steps of a round before and after multipliers are renewed.
-PLAN = (4, 2)
-#: Newton steps that correct it.
-AGAIN = (3,)
+#: Numbers of Newton steps of a round, before and after an update of the multipliers.
+NEWTON_STEPS = (4, 2)
+#: Number of Newton steps of the correction of a round.
+CORRECTION_STEPS = (3,)
 
 
 @dataclass
@@ -55,19 +56,19 @@ class Race:
 
     problem: Problem
     here: Linear
-    best: Linear  #: the cheapest of each that met all limits, or the nearest to that
-    inside: Mask  #: which have met them
-    start: Indices  #: which each comes from
-    multipliers: Floats  #: (n, m + l), in parts of the tolerance and of `UNIT`
+    best: Linear  #: the cheapest state of each linkage that met all limits, else the nearest to them
+    inside: Mask  #: whether the linkages have met all limits
+    start: Indices  #: number of the start of each linkage
+    multipliers: Floats  #: multipliers of errors and limits, (n, m + l) [tolerances, `UNIT`]
     radius: Floats
     damping: Floats
-    taken: int = 0  #: rounds of single machines so far
+    taken: int = 0  #: number of rounds so far, summed over linkages
 
     @classmethod
     def of(cls, problem: Problem, starts: CandidateBatch) -> Race:
         """Start a race of candidates along the path.
 
-        Those that stations cannot follow are left out.
+        Candidates without poses at all stations are left out.
         """
         linkage, point = starts.linkage, starts.point
         fit, bend = starts.traced.fit, problem.curvature
@@ -90,7 +91,10 @@ class Race:
 
     @property
     def merit(self) -> Floats:
-        """Cost of the best of each; an infeasible one costs more than all feasible ones."""
+        """Cost of the best state of each linkage.
+
+        An infeasible state costs more than all feasible ones.
+        """
         cost, violation = self.best.cost, self.best.violation
         met = violation <= 0
         worst = np.max(cost, where=met, initial=0.0)
@@ -105,14 +109,14 @@ class Race:
         return replace(self, here=here, best=best, inside=inside, multipliers=none)
 
     def leaders(self, count: int) -> Race:
-        """Return the race of those of the best that are unlike each other."""
+        """Continue with the best linkages that are unlike each other."""
         pivots, mirror = self.best.machine.linkage.pivots, self.problem.curvature == 0
         return self._some(unlike(pivots, self.merit, count, mirror=mirror))
 
     def finalists(self, starts: CandidateBatch) -> CandidateBatch:
-        """Return the best of each as candidates, measured on their finite motion.
+        """Return the best state of each linkage as a candidate, measured on its finite motion.
 
-        Those whose paths are shorter than the stroke are left out.
+        Linkages with paths shorter than the stroke are left out.
         """
         machine = self.best.machine
         nothing = np.full(len(self), complex(np.nan, np.nan))
@@ -121,10 +125,10 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Select some linkages; their multipliers begin anew, as answers are better so."""
+        """Select some linkages and reset their multipliers, which gives better answers."""
         here, best, dyads = self.here[index], self.best[index], self.here.machine.linkage.dyads
         if len(np.unique(dyads[index], axis=0)) < len(np.unique(dyads, axis=0)):
-            # kinds of dyads that are left have fewer limits and measures
+            # the remaining kinds of dyads may have fewer limits and measures
             with np.errstate(all="ignore"):
                 here, best = (Linear.of(self.problem, every.machine) for every in (here, best))
         names = ("inside", "start", "radius", "damping")
@@ -141,14 +145,16 @@ class Race:
         here, inside = self.here, self.inside
         self.taken += len(here)
         with np.errstate(all="ignore"):
-            aspired = np.clip(self.radius, *ASPIRE)
+            aspired = np.clip(self.radius, *TARGET_REDUCTION)
             hinges, none = here.hinges(inside, aspired), np.zeros(here.slope.shape[::2])
-            step, multipliers, damping = bring_inside(hinges, none, self.multipliers, self.damping, self.radius, PLAN)
+            step, multipliers, damping = bring_inside(
+                hinges, none, self.multipliers, self.damping, self.radius, NEWTON_STEPS
+            )
             first = self._after(step)
             straight = first.error - (here.slope @ step[..., None])[..., 0]
             errors = np.where(first.reached[:, None], straight, here.machine.error)
             step, multipliers, damping = bring_inside(
-                here.hinges(inside, aspired, errors), step, multipliers, damping, self.radius, AGAIN
+                here.hinges(inside, aspired, errors), step, multipliers, damping, self.radius, CORRECTION_STEPS
             )
             laid = self._after(step).laid(any_radius=self.problem.curvature is None)
             there = Linear.of(self.problem, laid)
@@ -156,7 +162,7 @@ class Race:
         self._advance(gained, there[gained], step, multipliers, damping)
 
     def _after(self, step: Floats) -> Stationed:
-        """Displace linkages by steps (n, p); where the result is invalid they stay."""
+        """Displace linkages by steps (n, p); keep those that would become invalid."""
         here, machine = self.here, self.here.machine
         coordinates = step[:, :COUNT] * units(machine.linkage, machine.point)
         linkage, point, valid = displaced(machine.linkage, machine.point, coordinates)
@@ -170,7 +176,7 @@ class Race:
         return Stationed.settled(linkage, point, bend, error, machine.angle)
 
     def _advance(self, gained: Indices, to: Linear, step: Floats, multipliers: Floats, damping: Floats) -> None:
-        """Go where a round has gained; be more careful elsewhere."""
+        """Accept the steps that gained; reduce the radius of other linkages."""
         length = np.abs(step).max(1)
         self.here = put(self.here, gained, to)
         radius = np.minimum(self.radius, np.maximum(length, TRUST.least)) * TRUST.narrower

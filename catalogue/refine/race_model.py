@@ -26,28 +26,29 @@ from .hinges import Hinges
 from .quantities import NONE, Pieces, Quantities
 from .subproblem import GRID, limits, marginal_costs, units, wider
 
-#: Part of the tolerance that steps are to spare before costs count, and afterwards.
-SPARE = (0.04, 0.05)
-#: What limits are to spare then [strokes, right angles].
-APART = (4e-3, 2e-3)
+#: Margin that steps keep from the tolerance, before and after costs are considered [tolerances].
+ERROR_MARGIN = (0.04, 0.05)
+#: Margin that steps keep from limits in these two phases [strokes, right angles].
+LIMIT_MARGIN = (4e-3, 2e-3)
 
 
 class RaceModel(NamedTuple):
-    """Weights and aims of a race."""
+    """Weights and targets of a race."""
 
-    free_error: float = 2e-3  #: error beyond what is to spare that costs nothing [tolerances]
-    #: violation beyond what is to spare that costs nothing [strokes, right angles]
+    free_error: float = 2e-3  #: error beyond the margin that costs nothing [tolerances]
+    #: violation beyond the margin that costs nothing [strokes, right angles]
     free_violation: float = 2e-4
     #: violation that weighs as much as an error of the whole tolerance [strokes]
     unit: float = 0.05
-    part: float = 0.1  #: unit of errors that are ranked [tolerances]
-    #: Cost of a violation as large as the tolerance, beside the ranking: little, as the next round
-    #: makes up for it, and a path that never leaves a curved limit is slow.
+    part: float = 0.1  #: unit of ranked errors [tolerances]
+    #: Cost of a violation as large as the tolerance, in units of the ranking: small, as the next
+    #: round corrects the violation, and a path that never leaves a curved limit is slow.
     price: float = 0.01
-    shrink: float = 0.3  #: deviation that a linkage aims at over its own, where the least is sought
-    #: Standard deviations of the error at one station that stand for the allowance of a path.
+    shrink: float = 0.3  #: target of a linkage's deviation, relative to its own, where the least is sought
+    #: Number of standard deviations of the error at one station that represents the allowance of a
+    #: path.
     allowance: float = 2.2
-    #: least part of the tolerance that is left to errors, whatever the allowance asked for
+    #: least part of the tolerance for errors, whatever the requested allowance
     least_left: float = 0.2
     sharpest: float = -1.9  #: curvature of the sharpest nominal [1/stroke]
 
@@ -67,11 +68,11 @@ class Linear(Rows):
     limit, limit_slope : ndarray, shape (n, l), (n, l, p)
         Constraints, violated where positive.
     measure, measure_slope : ndarray, shape (n, q), (n, q, p)
-        Pieces of the ranked measures, less the largest piece of each measure.
+        Pieces of the ranked measures, minus the largest piece of each measure.
     rate : ndarray, shape (n, q)
         Marginal cost of the measure of each piece.
     tolerance, aim : ndarray, shape (n,)
-        Largest permitted error, and the error at which a step aims.
+        Largest permitted error, and target of the error after a step.
     cost, violation : ndarray, shape (n,)
         Cost; total violation of tolerance and limits.
     """
@@ -130,16 +131,16 @@ class Linear(Rows):
 
     @property
     def bounded(self) -> int:
-        """How many errors and limits there are of each."""
+        """Number of errors and limits per linkage."""
         return int(self.slope.shape[1] + self.limit.shape[1])
 
     def hinges(self, inside: Mask, aspired: Floats, error: Floats | None = None) -> Hinges:
         """Return errors, limits and measures as hinges, measures only where `inside`, shape (n,).
 
-        A measure aspires to fall by `aspired`, (n,); the hinge of its largest piece falls at the
-        rate at which the cost does.
+        The target of a measure is a reduction by `aspired`, (n,); the slope of the hinge of its
+        largest piece is that of the cost.
         """
-        spare, apart = (np.where(inside, *every[::-1]) for every in (SPARE, APART))
+        spare, apart = (np.where(inside, *every[::-1]) for every in (ERROR_MARGIN, LIMIT_MARGIN))
         error = self.machine.error if error is None else error
         scale, weight = self.aim[:, None], np.sqrt(self.rate / aspired[:, None]) * inside[:, None]
         parts = (
@@ -152,8 +153,8 @@ class Linear(Rows):
 
     def merit(self, inside: Mask) -> Floats:
         """Compute merits, less is better; infinite for a linkage whose poses do not exist."""
-        spare = np.where(inside, RACE_MODEL.free_error, SPARE[0])
-        apart = np.where(inside, RACE_MODEL.free_violation, APART[0])
+        spare = np.where(inside, RACE_MODEL.free_error, ERROR_MARGIN[0])
+        apart = np.where(inside, RACE_MODEL.free_violation, LIMIT_MARGIN[0])
         error = np.abs(self.machine.error) / self.tolerance[:, None] - (1 - spare[:, None])
         limit = (self.limit + apart[:, None]) / RACE_MODEL.unit
         beyond = 0.5 * ((np.maximum(error, 0) ** 2).sum(1) + (np.maximum(limit, 0) ** 2).sum(1))
@@ -180,10 +181,12 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
 class _Ranked:
     """Ranked measures of n linkages, without the errors of their paths."""
 
-    cost: Floats  #: (n,)
-    pieces: list[Pieces]  #: of each measure, by the coordinates as they are
-    rates: list[Floats]  #: marginal cost of each, (n,)
-    by_error: Floats | None  #: marginal cost of the largest error [tolerances], (n,); None where errors are aimed at
+    cost: Floats  #: cost, (n,)
+    pieces: list[Pieces]  #: pieces of each measure, by the original coordinates
+    rates: list[Floats]  #: marginal cost of each measure, (n,)
+    #: marginal cost of the largest error [tolerances], (n,); None where errors have a target
+    #: instead
+    by_error: Floats | None
 
     @classmethod
     def of(cls, problem: Problem, read: Quantities, machine: Stationed, by: PoseJacobian, scatter: Floats) -> _Ranked:
@@ -222,7 +225,8 @@ def _both_sides(error: Floats, slope: Floats) -> Pieces:
 def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
     """Compute the derivatives of the largest scatter by the coordinates, shape (n, 10).
 
-    By differences at its station, to which displaced linkages move by their first derivatives.
+    They are finite differences at the station of the largest scatter, to which displaced linkages
+    move by their first derivatives.
     """
     square = (by.across**2).sum(-1)
     step = np.tile(GRID.pivot_step * np.eye(COUNT), (len(machine), 1))
@@ -243,7 +247,7 @@ def _scatter_slope(machine: Stationed, by: PoseJacobian) -> Floats:
 def _below_largest(
     pieces: list[Pieces], marginal: list[Floats], shape: tuple[int, ...]
 ) -> tuple[Floats, Floats, Floats]:
-    """Return pieces less the largest of their measure (n, q), slopes, and marginal costs (n, q)."""
+    """Return pieces minus the largest of their measure, slopes, and marginal costs (n, q)."""
     n, _, p = shape
     if not pieces:
         return np.zeros((n, 0)), np.zeros((n, 0, p)), np.zeros((n, 0))
@@ -258,7 +262,7 @@ def _joined(pieces: list[Pieces]) -> tuple[Floats, Floats]:
 
 
 def _of_radius(bend: Floats, count: int) -> Pieces:
-    """Bound the curvatures, the last coordinates: neither flatter nor fuller than permitted."""
+    """Return the bounds on curvatures, the last coordinates: neither too flat nor too sharp."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
     return Pieces(np.stack([bend + 1 / GRID.flattest, -FULLEST - bend], axis=1), slope)

@@ -1,10 +1,10 @@
 """Refinement on the finite motion: sequential programming with elastic constraints.
 
 Each round linearises the distances from the nominal at Chebyshev points, all constraints and ranked
-measures (`subproblem`), solves for the steps of least cost within several trust radii (`step`),
-adds to the best a second step from its end, which corrects errors of the linearisation, and places
-and measures all trial points on their finite motion.  A guide may violate constraints on the way,
-at a rising penalty; a found one meets all of them as measured.
+measures (`subproblem`), and solves for the steps of least cost within several trust radii (`step`).
+A second step from the end of the best one corrects errors of the linearisation. All trial points
+are placed and measured on their finite motion. A guide may violate constraints on the way, at a
+rising penalty; an answer meets all of them as measured.
 """
 
 from __future__ import annotations
@@ -29,28 +29,29 @@ class SqpOptions(NamedTuple):
 
     radius: float = 0.1  #: first trust radius [units of `Parametrisation`]
     second: float = 0.5  #: factor of the radius of the second step
-    #: Rounds after which charts are chosen anew: guides move little farther than a radius in each.
+    #: Number of rounds after which charts are chosen again: in each a guide moves little farther
+    #: than a radius.
     charted: int = 4
-    #: Largest margin of the second step inside the tolerance [tolerances]: by what the first one
-    #: missed it.
+    #: Largest margin of the second step inside the tolerance [tolerances]: the amount by which the
+    #: first step missed it.
     missed: float = 0.1
     short: float = 1e-5  #: trust radius below which a candidate has converged
-    #: Successive rounds of little gain after which it has converged; in haste one, after a better
-    #: round, where no constraint is violated.
+    #: Number of successive rounds of little gain after which a candidate has converged; if `hasty`
+    #: one, after a better round, where no constraint is violated.
     patience: int = 2
-    stalled: float = 1e-3  #: relative gain that is little
+    stalled: float = 1e-3  #: relative gain below which a round counts as one of little gain
     penalty: float = 10.0  #: first penalty [1/stroke, 1/rad]
-    #: penalty of feasible guides; with 30, 100 or 300 answers are alike
+    #: penalty of feasible guides; with 30, 100 or 300 the answers are alike
     feasible_penalty: float = 100.0
     max_penalty: float = 1e4  #: largest penalty
-    steeper: float = 4.0  #: factor of the penalty where the violation falls too little
-    falls: float = 0.7  #: ratio of successive violations above which it falls too little
-    least_gain: float = 1e-9  #: gain of the merit below which a step gained nothing
+    steeper: float = 4.0  #: factor of the penalty where the violation decreases too little
+    falls: float = 0.7  #: ratio of successive violations above which the decrease is too small
+    least_gain: float = 1e-9  #: gain of the merit below which a step has gained nothing
 
 
 SQP = SqpOptions()
 
-#: Factors of the radius that are tried.
+#: Trial factors of the trust radius.
 RADIUS_FACTORS = (0.2, 0.7, 2.5)
 
 
@@ -61,11 +62,11 @@ class Trials:
     Attributes
     ----------
     of : ndarray of int
-        Which guide each comes from.
+        Number of the guide of each trial.
     factor : ndarray
-        Of its radius.
+        Factor of the guide's trust radius.
     cost, violation, met : ndarray
-        Its cost and violation; whether all constraints hold.
+        Cost and violation of the trial; whether it meets all constraints.
     """
 
     candidates: CandidateBatch
@@ -76,30 +77,33 @@ class Trials:
     met: Mask
 
     def merit(self, penalty: Floats) -> Floats:
-        """Return cost plus penalty times violation; penalties (n,) of guides; NaN is infinite."""
+        """Return cost plus penalty times violation; infinite for NaN.
+
+        `penalty` (n,) is that of the guides.
+        """
         merit = self.cost + penalty[self.of] * self.violation
         return np.where(np.isnan(merit), np.inf, merit)
 
 
 @dataclass
 class Refinement:
-    """n candidates in refinement by `step`; arrays of shape (n,)."""
+    """Candidates (n,) in refinement by `step`; arrays of shape (n,)."""
 
     problem: Problem
-    current: CandidateBatch  #: present linkages
+    current: CandidateBatch  #: current linkages
     moves: Parametrisation
     nominal: Nominal | None
-    best: CandidateBatch  #: of each the cheapest feasible linkage so far, else the one of least violation
-    best_cost: Floats  #: infinite where no linkage was feasible
+    best: CandidateBatch  #: the cheapest feasible linkage of each so far, else the one of least violation
+    best_cost: Floats  #: cost of `best`, infinite where no linkage was feasible
     nearest: Floats  #: least violation so far
-    violation: Floats  #: sum of the violations of the present linkages
+    violation: Floats  #: sum of the violations of the current linkages
     radius: Floats
     penalty: Floats
     active: Mask  #: candidates that have not converged
     stalled: Array  #: number of rounds without a gain of merit
-    hasty: bool = False  #: whether they rest after the first round that gains little
+    hasty: bool = False  #: whether candidates converge after the first round of little gain
     rounds: int = 0
-    evaluated: int = 0  #: candidates measured in these rounds
+    evaluated: int = 0  #: number of candidates measured so far
 
     @classmethod
     def of(
@@ -113,14 +117,14 @@ class Refinement:
     ) -> Refinement:
         """Start the refinement of placed guides, feasible or not.
 
-        Returning points are left as they are.
+        Returning points are not refined.
 
         Parameters
         ----------
         moves : Parametrisation, optional
-            Coordinates of their moves; by default all pivots and the point are free.
+            Coordinates of the moves; by default all pivots and the point are free.
         nominal : Nominal, optional
-            The path itself, from which distances are then measured; guides stay in place.
+            The path itself: distances are then measured from it, and guides stay in place.
         penalty : float
             First penalty of a violation, per stroke or radian.
         hasty : bool
@@ -151,13 +155,13 @@ class Refinement:
         )
 
     def __getitem__(self, index: Array) -> Refinement:
-        """Return the refinement of some of them, from their present points."""
+        """Return the refinement of some candidates, from their current points."""
         names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
     @property
     def merit(self) -> Floats:
-        """Cost of the best feasible point of each; else 1,000 more than its violation."""
+        """Cost of the best feasible point of each candidate; else its violation plus 1,000."""
         return np.where(np.isfinite(self.best_cost), self.best_cost, 1e3 + self.nearest)
 
     def run(self, rounds: int) -> Refinement:
@@ -170,12 +174,12 @@ class Refinement:
     def step(self, followed: int = len(RADIUS_FACTORS)) -> bool:
         """Take one round; return whether any guide has not yet converged.
 
-        The best steps of each guide, up to a given number, are followed by a second one.
+        The best steps of each guide, up to `followed` of them, are followed by a second one.
         """
         at = np.flatnonzero(self.active)
         if not len(at):
             return False
-        with np.errstate(all="ignore"):  # what cannot be stepped or traced is NaN, and is no trial
+        with np.errstate(all="ignore"):  # steps and traces that fail are NaN, and give no trial
             trials = self._trials(at, followed)
         self.rounds += 1
         of, total, merit = trials.of, trials.violation, trials.merit(self.penalty[at])
@@ -207,7 +211,7 @@ class Refinement:
         return bool(self.active.any())
 
     def _keep(self, at: Indices, trials: Trials) -> None:
-        """Remember the cheapest feasible trials, else the nearest to feasibility."""
+        """Store the cheapest feasible trials, else those nearest to feasibility."""
         total, met = trials.violation, trials.met
         for key, held in ((np.where(met, trials.cost, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)

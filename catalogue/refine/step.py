@@ -15,25 +15,23 @@ from .subproblem import Subproblem
 
 
 class StepOptions(NamedTuple):
-    """The convex programme of a step."""
+    """Options of the convex programme of a step."""
 
-    #: Distance inside the constraints at which the programme stays [strokes, right angles].
+    #: Margin inside the constraints that the programme keeps [strokes, right angles].
     margin: float = 2e-5
-    #: Weight of the squared step [squared radii], which makes the linear programme a strictly
-    #: convex one.
+    #: Weight of the squared step [squared radii], which makes the linear programme strictly convex.
     pull: float = 1e-3
-    #: Cost of a rise of measures on which the cost does not depend, and of slack that is not
-    #: needed.
+    #: Cost of an increase of measures that the cost does not depend on, and of unneeded slack.
     slight: float = 1e-3
-    balanced: float = 1e-4  #: Residual of stationarity up to which multipliers prove a bound.
-    regular: float = 1e-9  #: quadratic cost of variables without one: the programme is regular
+    balanced: float = 1e-4  #: residual of stationarity up to which multipliers prove a bound
+    regular: float = 1e-9  #: quadratic cost of variables without one, which makes the programme regular
     widest: float = 1e-4  #: largest relative margin inside the tolerance
 
 
 STEP = StepOptions()
 
 #: Constraints that share a slack.
-SHARING = ("collapse", "distance from the moving pivots", "radius")
+SHARED_SLACK = ("collapse", "distance from the moving pivots", "radius")
 
 
 @dataclass(frozen=True)
@@ -43,8 +41,8 @@ class Step:
     The bound includes the penalties; it follows by duality.
     """
 
-    displacement: Floats  #: (n, p), NaN where the problem is not finite
-    bound: Floats  #: (n,), NaN where the multipliers do not balance the cost, as after too few iterations
+    displacement: Floats  #: steps, (n, p); NaN where the problem is not finite
+    bound: Floats  #: bounds, (n,); NaN where the multipliers do not balance the cost, as after too few iterations
 
 
 def take_step(
@@ -58,11 +56,12 @@ def take_step(
     ----------
     radius : ndarray, shape (n,)
     penalty : ndarray, shape (n,)
-        Cost of a violation, per stroke, right angle, or part of the deviation.
+        Cost of a violation: of a length per stroke, of an angle per right angle, of a ratio per 1.
     margin : float
-        Distance inside the constraints to which the steps lead.
+        Margin inside the constraints that the steps keep.
     share : float or ndarray, shape (n,)
-        Part of the tolerance that the steps may use: less where the linear model is too optimistic.
+        Part of the tolerance that the steps may use; less than 1 where the linear model is too
+        optimistic.
     """
     scaling = _scaling(problem, radius)
     programme = _programme(problem, scaling, radius, penalty, margin, share)
@@ -79,20 +78,20 @@ def take_step(
 class _Scaling:
     """Coordinates of the steps of n guides, with all coefficients of order 1 or less."""
 
-    finite: Mask  #: (n,), which problems are finite
-    worst: Floats  #: (n,), largest errors
-    unit: Floats  #: (n,), of the errors
-    error: Floats  #: (n, m), in this unit
-    effect: Floats  #: (n, m, p), their derivatives by the coordinates
-    stretch: Floats  #: (n, p), the coordinates of unit steps in the singular directions
-    turn: Floats  #: (n, p, p), these directions
-    back: Floats  #: (n, p, p), from the coordinates to the steps
+    finite: Mask  #: whether a problem is finite, (n,)
+    worst: Floats  #: largest errors, (n,)
+    unit: Floats  #: units of the errors, (n,)
+    error: Floats  #: errors in these units, (n, m)
+    effect: Floats  #: derivatives of the errors by the coordinates, (n, m, p)
+    stretch: Floats  #: coordinates of unit steps in the singular directions, (n, p)
+    turn: Floats  #: singular directions, (n, p, p)
+    back: Floats  #: map from the coordinates to the steps, (n, p, p)
 
 
 def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
     """Scale the singular directions of the Jacobian, however ill-conditioned it is.
 
-    Each by the larger of its effect on the errors and the radius.
+    Each direction is scaled by the larger of its effect on the errors and the radius.
     """
     worst = np.abs(problem.error).max(1)
     only_deviation = set(problem.marginal) == {"deviation"}
@@ -108,12 +107,12 @@ def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
 
 
 class _Programme(NamedTuple):
-    """Arguments of `solve`; the last 2 p rows are those of the radius."""
+    """Arguments of `solve`; the last 2 p rows bound the steps by the radius."""
 
-    weight: Floats  #: (n, width)
-    cost: Floats  #: (n, width)
-    rows: Floats  #: (n, k, width)
-    right: Floats  #: (n, k)
+    weight: Floats  #: diagonal of the quadratic term, (n, width)
+    cost: Floats  #: linear term, (n, width)
+    rows: Floats  #: coefficients of the constraints, (n, k, width)
+    right: Floats  #: right sides of the constraints, (n, k)
 
 
 def _programme(
@@ -130,15 +129,15 @@ def _programme(
 class _Columns:
     """The columns of a programme.
 
-    The steps, the largest error, the ranked measures, the slacks of the constraints, of which the
-    first is shared.
+    In order: the steps, the largest error, the ranked measures, and the slacks of the constraints,
+    the first of which is shared.
     """
 
     def __init__(self, problem: Subproblem) -> None:
         self.steps = self.error = int(problem.jacobian.shape[2])
         self.measures = {name: self.error + 1 + i for i, name in enumerate(problem.measures)}
         self.shared = self.error + 1 + len(self.measures)
-        own = [name for name in ("deviation", *problem.limits) if name not in SHARING]
+        own = [name for name in ("deviation", *problem.limits) if name not in SHARED_SLACK]
         self.own = {name: self.shared + 1 + i for i, name in enumerate(own)}
         self.width = self.shared + 1 + len(own)
 
@@ -160,8 +159,8 @@ def _costs(problem: Subproblem, scaling: _Scaling, columns: _Columns, penalty: F
     return cost
 
 
-#: Rows  slope . steps + columns <= right  of n programmes: (n, k, p), (n, k), and the other columns
-#: with a value.
+#: Rows  slope . steps + columns <= right  of n programmes: slopes (n, k, p), right sides (n, k),
+#: and values of the other columns.
 _Block = tuple[Floats, Floats, Mapping[int, Floats | float]]
 
 
@@ -190,7 +189,7 @@ def _elastic_rows(
 def _with_error(
     problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
 ) -> tuple[Floats, Mapping[int, Floats]]:
-    """Return the terms of the present error in rows that rise with the largest error.
+    """Return the terms of the current error in rows that increase with the largest error.
 
     These are the increase of their right sides, (n, 1) or 0, and their coefficients in its column.
     """
@@ -229,17 +228,16 @@ def _dual_bound(
     p = scaling.stretch.shape[1]
     count = multipliers.shape[1] - 2 * p
     proof, rows, right = multipliers[:, :count], programme.rows[:, :count], programme.right[:, :count]
-    force = (proof[:, None] @ rows[..., :p])[:, 0]  # in the scaled coordinates
+    force = (proof[:, None] @ rows[..., :p])[:, 0]  # force on the scaled coordinates
     pulled = (force[:, None] @ (scaling.stretch[..., None] * scaling.turn))[:, 0]
     bound = at_rest + (proof * right).sum(1) + radius * np.abs(pulled).sum(1)
-    # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order
-    # 1
+    # unbalanced parts of the multipliers count fully: errors, measures and slacks are of order 1
     unbalanced = np.abs(programme.cost[:, p:] + (proof[:, None] @ rows[..., p:])[:, 0]).sum(1)
     return np.where(unbalanced <= STEP.balanced, bound + 2 * unbalanced, np.nan)
 
 
 def _violation(problem: Subproblem, unit: Floats, margin: float) -> Floats:
-    """Return the violation of the constraints before the step, as slacks count it, (n,)."""
+    """Return the violation of the constraints before the step, as measured by slacks, (n,)."""
     broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
     deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / unit
     return np.asarray(weight("deviation") * deviation + np.sum(broken, axis=0))

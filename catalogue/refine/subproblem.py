@@ -1,8 +1,8 @@
 """The linearised problem of placed guides: distances, constraints, measures, derivatives.
 
-The nominal stays where it is and the linkage moves under it: translations and rotations of the
-whole linkage stand for those of the nominal.  Only the curvature of an arc of any radius is a
-coordinate of its own.
+The nominal is fixed and the linkage moves relative to it: translations and rotations of the whole
+linkage replace those of the nominal. Only the curvature of an arc of any radius is an additional
+coordinate.
 """
 
 from __future__ import annotations
@@ -40,28 +40,29 @@ from .quantities import BETWEEN_STATIONS, POINTS_ONLY, Pieces, Quantities
 
 
 class Linearisation(NamedTuple):
-    """Points and steps of the linearised problem."""
+    """Grids and finite differences of the linearised problem."""
 
-    #: Distance from the guided point below which moves of a pivot have no smaller unit [strokes].
+    #: Least unit of the moves of a pivot, which is its distance from the guided point otherwise
+    #: [strokes].
     least_unit: float = 0.1
-    nodes: int = 32  #: intervals between the points at which the distance is linearised
-    fewer: int = 16  #: intervals between those at which transmission is read
+    nodes: int = 32  #: number of intervals between the points at which the distance is linearised
+    fewer: int = 16  #: number of intervals between the points at which transmission is evaluated
     flattest: float = 50.0  #: radius of the flattest arc, if none is given [strokes]
-    bend_step: float = 1e-6  #: step of differences by curvatures [1/stroke]
-    pivot_step: float = 1e-5  #: step of differences by pivots, in their units
-    worse: float = 0.02  #: step of differences by measures, towards the worse
-    #: Distance of a constraint within which its derivatives are differenced [strokes, rad].
+    bend_step: float = 1e-6  #: step of finite differences by curvatures [1/stroke]
+    pivot_step: float = 1e-5  #: step of finite differences by pivots, in their units
+    worse: float = 0.02  #: step of finite differences of the cost by measures, towards larger cost
+    #: Distance of a constraint within which its finite differences are computed [strokes, rad].
     near: float = 0.05
 
 
 GRID = Linearisation()
 
-#: The coordinate that never moves: the guided point is in the middle of its stroke.
-ALONG = 8
+#: Index of the coordinate that never moves: the guided point is in the middle of its stroke.
+FIXED_COORDINATE = 8
 
 
 class Parametrisation(Protocol):
-    """Coordinates of moves of placed guides: steps in p numbers each, of which 1 is a large one."""
+    """Coordinates of the moves of placed guides: p numbers each; a step of 1 is a large one."""
 
     def basis(self, found: CandidateBatch) -> Floats:
         """Return the derivatives (n, 10, p) of coordinates by the steps.
@@ -77,11 +78,11 @@ class Parametrisation(Protocol):
 class PivotCoordinates:
     """Coordinates of the pivots and the guided point, in units of their distance from that point.
 
-    Each step ends with placing the linkage along the path again.  That turns and shifts held pivots
-    too, but less and less as the steps become shorter.
+    After each step the linkage is placed along the path again. That also rotates and shifts held
+    pivots, by less and less as the steps become shorter.
     """
 
-    frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
+    frozen: Mask | None = None  #: mask (10,) of fixed coordinates: x and y of A1, A1*, A2, A2* and the guided point
 
     def basis(self, found: CandidateBatch) -> Floats:
         unit = units(found.linkage, found.point)
@@ -95,14 +96,14 @@ class PivotCoordinates:
 
 
 def units(linkage: Linkage, point: Complexes) -> Floats:
-    """Return the moves of coordinates that count as 1: distances from guided points, shape (n, 10).
+    """Return the units of moves: distances of the pivots from guided points, shape (n, 10).
 
-    The guided point itself moves across the path alone.
+    The guided point itself moves only across the path.
     """
     arm = np.abs(linkage.points - point[:, None, None]).reshape(-1, 4)
     unit = np.where(linkage.finite.reshape(-1, 4), np.maximum(arm, GRID.least_unit), 1.0)
     unit = np.repeat(np.concatenate([unit, np.ones((len(unit), 1))], axis=1), 2, axis=1)
-    unit[:, ALONG] = 0.0
+    unit[:, FIXED_COORDINATE] = 0.0
     return unit
 
 
@@ -113,17 +114,17 @@ class Subproblem:
     Coordinates are scaled so that a step of 1 is large.
     """
 
-    error: Floats  #: (n, m), distances from the nominal along the path [strokes]
-    jacobian: Floats  #: (n, m, p)
+    error: Floats  #: distances from the nominal along the path, (n, m) [strokes]
+    jacobian: Floats  #: their derivatives, (n, m, p)
     limits: Mapping[str, Pieces]  #: constraints: value + slope s <= 0
-    measures: Mapping[str, Pieces]  #: arguments of the cost: of each the largest value + slope s
-    marginal: Mapping[str, Floats]  #: (n,), increase of the cost per unit of each measure
-    allowed: Floats  #: (n,), tolerance of the distances [strokes]
-    by_error: Mapping[str, Floats]  #: (n,), increase of constraints and measures per unit of the largest error
+    measures: Mapping[str, Pieces]  #: arguments of the cost: for each measure, the largest value + slope s
+    marginal: Mapping[str, Floats]  #: increase of the cost per unit of each measure, (n,)
+    allowed: Floats  #: tolerance of the distances, (n,) [strokes]
+    by_error: Mapping[str, Floats]  #: increase of constraints and measures per unit of the largest error, (n,)
     relaxed: str = ""  #: name of the constraint whose violation is minimised
 
     def __getitem__(self, index: Indices) -> Subproblem:
-        """Return the problems of the guides numbered, in this order, with repetitions."""
+        """Return the problems of guides by their numbers, in this order, with repetitions."""
 
         def some(every: Mapping[str, Pieces]) -> dict[str, Pieces]:
             return {name: Pieces(p.value[index], p.slope[index]) for name, p in every.items()}
@@ -143,8 +144,8 @@ def linearise(
 ) -> Subproblem:
     """Return the linear problem of placed guides, in the coordinates of `moves`.
 
-    The curvature of an arc of any radius is one coordinate more.  Distances are measured from a
-    nominal in place if one is given.
+    For an arc of any radius the curvature is an additional coordinate. If a `nominal` in place is
+    given, distances are measured from it.
     """
     many = problem.is_wide or "deviation" in (problem.ranking.only, problem.relaxed)
     intervals = GRID.nodes if many else GRID.fewer
@@ -154,7 +155,7 @@ def linearise(
     z: Complexes = guides.point + (u + 1j * v) * guides.tangent
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
     bend = _curvature(problem, found)
-    rise = found.traced.fit.rise if problem.is_wide else None  # best placed already
+    rise = found.traced.fit.rise if problem.is_wide else None  # the arc is best-placed already
     error, tangent, by_bend = _distance(z, bend, rise, 0.5 * problem.path.stroke)
     if nominal is None and rise is None:
         error = _centred(error, z, bend)
@@ -195,8 +196,9 @@ def _distance(
 ) -> tuple[Floats, Complexes, Floats]:
     """Return signed distances of points (m, n) from arcs over the chord from 0 to 1.
 
-    With them unit vectors along the arcs there, and the derivatives by the curvature.  Arcs near a
-    half circle, or beyond, have a `rise` (n,) and `half` a chord of their own.
+    Return also unit vectors along the arcs there, and the derivatives of the distances by the
+    curvature. Arcs near a half circle or beyond are given by `rise` (n,) and half their chord,
+    `half`.
     """
     middle = z - half
 
@@ -211,7 +213,7 @@ def _distance(
 
 
 def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
-    """Change distances (m, n) from nominals through the ends to those from the best placed."""
+    """Convert distances (m, n) from nominals through the ends to those from best-placed ones."""
     _, run, weight = concentric(z.real - 0.5, z.imag - rise_over(np.ones(()), bend), bend)
     fine = grid(len(error) - 1).fine
     peaks, along, by = fine @ error, fine @ run, fine @ weight
@@ -245,7 +247,7 @@ def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
 
 
 def has_room(problem: Problem) -> bool:
-    """Tell whether the workspace of the links is convex, so that its pieces are known."""
+    """Tell whether the workspace of the links is convex, so that it has smooth pieces."""
     room = problem.constraints.swept_in
     return room is not None and room.is_convex and not problem.constraints.slots
 
@@ -264,7 +266,7 @@ def differenced(problem: Problem) -> list[str]:
 def is_raced(problem: Problem) -> bool:
     """Tell whether poses at stations suffice for all constraints.
 
-    They do not for keep-out zones and returning points.
+    They do not suffice for keep-out zones and returning points.
     """
     wanted = problem.constraints
     if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
@@ -273,7 +275,7 @@ def is_raced(problem: Problem) -> bool:
 
 
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
-    """Return the constraints, raised to their values measured between the stations."""
+    """Return the constraints, shifted to their values as measured between the stations."""
     made = limits(problem, read)
     measured = drive_violations(problem, found)
     for row in SIZES:
@@ -287,10 +289,10 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
 def differences(
     problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Floats, nominal: Nominal | None
 ) -> dict[str, Pieces]:
-    """Return constraints with differenced derivatives of the amounts by which they are broken.
+    """Return constraints with finite differences of their violations.
 
-    Differences are taken on the finite motion of guides that are near a bound; for others the
-    constraints count as constant.
+    Differences are taken on the finite motion of guides near a bound; for other guides the
+    constraint counts as constant.
     """
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])
@@ -316,8 +318,8 @@ def _of_scatter(
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
     """Return the constraint and the measures that depend on the scatter of the pivots.
 
-    They are minus the allowance, over its bound and over the tolerance, and the expected deviation
-    over the tolerance; with them their slopes by the largest error.
+    They are minus the allowance over its bound, minus the allowance over the tolerance, and the
+    expected deviation over the tolerance. Return also their derivatives by the largest error.
     """
     limits: dict[str, Pieces] = {}
     measures: dict[str, Pieces] = {}
@@ -345,7 +347,7 @@ def _of_scatter(
 
 
 def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return the rise of the cost per unit of each measure that becomes worse, (n,) each."""
+    """Return the increase of the cost per unit by which each measure becomes worse, (n,) each."""
     if problem.relaxed:
         return {}
     here = values(problem, found)
@@ -357,7 +359,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, Floats]:
-    """Return the rise of the cost per unit by which each ranked quantity worsens, (n,) each."""
+    """Return the increase of the cost per unit by which each ranked quantity worsens, (n,) each."""
     base, out = ranking.cost(values), {}
     for name in sorted(ranking.quantities):
         worse = values[name] + (-GRID.worse if name in RISING else GRID.worse)
@@ -368,7 +370,7 @@ def marginal_costs(ranking: Ranking, values: Mapping[str, Floats]) -> dict[str, 
 
 
 def wider(pieces: Pieces) -> Pieces:
-    """Return pieces that do not depend on one more coordinate."""
+    """Extend the slopes of pieces by a coordinate on which they do not depend."""
     return Pieces(pieces.value, np.concatenate([pieces.slope, np.zeros((*pieces.slope.shape[:2], 1))], axis=-1))
 
 
@@ -386,7 +388,7 @@ def _radius(bend: Floats, count: int) -> Pieces:
 def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
     """Interpolate errors (n, m) and derivatives (n, m, p) to the largest errors.
 
-    One of four points between two nodes each.
+    They are sought on four points per interval.
     """
     fine = grid(intervals).fine
     error, jacobian = error @ fine.T, fine @ jacobian

@@ -1,4 +1,4 @@
-"""Common parts of synthesised starts: suitable families, draws of fixed pivots and curvatures."""
+"""Common parts of synthesised starts: suitable families, random fixed pivots and curvatures."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from ..problem.region import Region
 LONGEST = 12.0
 #: Shortest link or arm of a start [strokes].
 SHORTEST = 0.06
-#: Median of the radii of arcs of any radius, which are drawn log-normally [strokes].
+#: Median of the radii of arcs of any radius, which are log-normal [strokes].
 RADIUS = 1.0
-#: Standard deviation of their logarithms.
+#: Standard deviation of the logarithms of these radii.
 BENT = 0.7
-#: Least of them [strokes].
+#: Least of these radii [strokes].
 SHARPEST = 0.55
-#: Median distance of fixed pivots from mid-stroke, drawn log-normally without a region [strokes].
+#: Median distance of fixed pivots from mid-stroke, which is log-normal without a region [strokes].
 DISTANCE = 1.0
-#: Standard deviation of its logarithm.
+#: Standard deviation of the logarithm of this distance.
 SPREAD = 0.6
 
 
 def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
-    """Return the families, mapped to whether all their joints are pins, that suit a problem."""
+    """Return the families that suit a problem; `made` tells whether all joints of each are pins."""
     wanted = problem.constraints
     if wanted.series or wanted.configurations or wanted.order or wanted.slots or wanted.returns:
         return []
@@ -45,12 +45,12 @@ def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Flo
 
 
 def summit(curvature: Floats) -> Complexes:
-    """Return the points of paths of curvatures (n,) [1/stroke] in mid-stroke."""
+    """Return the guided points in mid-stroke for paths of curvatures (n,) [1/stroke]."""
     return np.asarray(0.5 - 0.25j * curvature / (1 + np.sqrt(1 - 0.25 * curvature**2)), complex)
 
 
 def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
-    """Draw a fixed pivot for each, in its region or else around the path, (n,)."""
+    """Draw a fixed pivot for each guided point, in its region or around the path, (n,)."""
     wanted, count = problem.constraints, len(point)
     region = region_of(problem)
     most = wanted.max_size or LONGEST
@@ -72,6 +72,6 @@ def likeliest(linkage: Linkage, point: Complexes, curvature: Floats, count: int)
 
 
 def region_of(problem: Problem) -> Region | None:
-    """Return the region in which fixed pivots must stand, None if they may stand anywhere."""
+    """Return the region of the fixed pivots, None if they may stand anywhere."""
     wanted = problem.constraints
     return next((r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None)

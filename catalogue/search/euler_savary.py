@@ -24,24 +24,24 @@ from ..kinematics.types import Floats
 from ..problem.problem import Problem
 from .draws import DISTANCE, LONGEST, SHORTEST, curvatures, fixed_pivots, likeliest, summit
 
-#: Part of those drawn that is measured, those nearest to the path.
-MEASURED = 0.2
-#: Families that are made, with whether their second dyad is a crank, too.
+#: Part of the linkages drawn that is measured: those nearest to the path.
+MEASURED_SHARE = 0.2
+#: Synthesised families, with whether their second dyad is a crank too.
 PINNED = {"four-bar": True, "slider-crank": False}
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Synthesise and measure starts of a family; NaN deviations of paths shorter than the stroke.
+    """Synthesise and measure starts of a family; paths shorter than the stroke have deviation NaN.
 
     Parameters
     ----------
     count : int
-        How many are drawn; linkages that cannot close, or are out of proportion, are left out.
+        Number of linkages drawn; those that cannot close, or are out of proportion, are left out.
     """
     bend = curvatures(problem, count, random)
     linkage, good = Linkage.valid(drawn(problem, family, bend, random))
     bend = bend[good]
-    some = likeliest(linkage, summit(bend), bend, int(MEASURED * count))
+    some = likeliest(linkage, summit(bend), bend, int(MEASURED_SHARE * count))
     if not len(some):
         return None
     linkage, pole = linkage[some], np.full(len(some), complex(np.nan, np.nan))
@@ -51,7 +51,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
 def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:
     """Draw pivots (n, 2, 2, 3) in second-order contact with paths of curvatures (n,).
 
-    NaN where there are none, or where links are out of proportion.
+    NaN where no such pivots exist, or where links are out of proportion.
     """
     count = len(curvature)
     point = summit(curvature)
@@ -65,11 +65,11 @@ def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Ge
         ray[:, 1] = np.exp(1j * random.uniform(0, np.pi, count))
     reach = np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(DISTANCE), 1.0, count))
     with np.errstate(all="ignore"):
-        p = (point - pole).imag  # along the normal, +y
+        p = (point - pole).imag  # coordinate along the normal, +y
         centre = curvature / (1 + p * curvature)
         inflection_p = 1 / (1 / p - centre)
         inflection_1 = 1 / (1 / reach - 1 / far[:, 0])
-        # W = (wx, wy): wy from the guided point, wx from the first dyad
+        # W = (wx, wy): wy follows from the guided point, wx from the first dyad
         wy = inflection_p
         wx = (inflection_1 - ray[:, 0].imag * wy) / ray[:, 0].real
         along = ray[:, 1].real * wx + ray[:, 1].imag * wy

@@ -1,6 +1,6 @@
 """Exact guides of any proportions, as starts: parallelograms for arcs, Cardan's circles for lines.
 
-Trivial, but compact and sound: nothing deviates less.
+They are trivial, but compact and sound, and have no deviation.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from ..kinematics.linkage import Linkage
 from ..problem.problem import Problem
 from .draws import BENT, DISTANCE, LONGEST, SHORTEST, allowed, curvatures, fixed_pivots, region_of, summit
 
-#: Least angle of a parallelogram over the stroke [rad].
+#: Least angle of a parallelogram from its dead points over the stroke [rad].
 DEAD = 0.35
-#: Most of the diameter of a rolling circle that a stroke takes.
-PART = 0.95
+#: Largest stroke over the diameter of the rolling circle.
+MAX_STROKE = 0.95
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -59,7 +59,7 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     Parameters
     ----------
     problem : Problem
-        Of a straight line.
+        Problem of a straight line.
     kinds : list of str
         Families to make: ``elliptic-trammel``, ``slider-crank``, or both.
     count : int
@@ -72,7 +72,7 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     fixed_centre = 0.5 + np.where(random.random(count) < 0.5, 1, -1) * np.exp(
         random.normal(np.log(DISTANCE), BENT, count)
     )
-    half = 0.5 * (fixed_centre + 0.5)  # the rolling circle goes through that, the guided point and the pin
+    half = 0.5 * (fixed_centre + 0.5)  # the rolling circle passes through this point, the guided point and the pin
     with np.errstate(all="ignore"):
         centre = half + 0.5j * (np.abs(half - pin) ** 2 - (half - fixed_centre) ** 2) / pin.imag
     radius = np.abs(centre - fixed_centre)
@@ -82,11 +82,11 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     fixed = [1j * (pin - fixed_centre), np.where(crank, fixed_centre, 1j * (second - fixed_centre))]
     pairs = ((pin, second), (pin, fixed_centre), (second, fixed_centre), (pin, point), (second, point))
     long = np.stack([np.abs(a - b) for a, b in pairs])
-    good = (np.abs(fixed_centre - 0.5) + 0.5 < PART * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
+    good = (np.abs(fixed_centre - 0.5) + 0.5 < MAX_STROKE * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
     with np.errstate(all="ignore"):
         turn = np.sign(centre.imag) * np.arccos((np.array([[0.0], [1.0]]) - fixed_centre) / (2 * radius))
     way = np.cos(turn - np.angle(pin - fixed_centre))
-    good &= ~crank | (way[0] * way[1] > 0)  # else the slider passes the crank's pivot: a change point
+    good &= ~crank | (way[0] * way[1] > 0)  # otherwise the slider passes the crank's pivot: a change point
     if not good.any():
         return None
     pivots = np.ones((count, 2, 2, 3))

@@ -27,40 +27,40 @@ from ..quantities import DEGREES, DRIVES, RANKED, SIZES, STORED
 from ..store import JOINED, PIVOT_NAMES, Database
 from ..units import LENGTH
 
-#: Guides of each member that are read per unit of effort, in the order in which they cover it.
-COVER = 2000
-#: How much a length or angle of a stored reach that breaks a constraint counts beside the cost.
-BREAKS = 3.0
+#: Number of guides per member read for a unit of effort, in order of coverage.
+GUIDES_PER_EFFORT = 2000
+#: Weight of the violation of a length or angle by a stored reach, relative to the cost.
+VIOLATION_WEIGHT = 3.0
 #: Least and largest factor by which a stored stroke is stretched to use the tolerance.
-STRETCH = (0.5, 2.0)
-#: The same of arcs cut to a given sweep.
-CUT = (0.02, 1.5)
-#: Typical power of the stroke with which the deviation grows.
-GROWTH = 4.5
-#: Typical power of the tolerance with which the stroke grows.
-GAIN = 0.22
-#: Violation of a deviation e times the tolerance [radians].
-DEVIATES = 0.1
-#: Violation of a tolerance by which a straight line is off a flat arc [radians].
-UNBENT = 0.02
-#: Violation where no crank turns fully [radians].
-TURNS_NOT = 0.3
-#: Violation where an angle is not known [radians].
-UNKNOWN = 0.5
-#: Corrections of the window of a return guide.
+STRETCH_RANGE = (0.5, 2.0)
+#: Least and largest such factor for arcs that are cut to a given sweep.
+CUT_RANGE = (0.02, 1.5)
+#: Typical exponent of the stroke to which the deviation is proportional.
+STROKE_EXPONENT = 4.5
+#: Typical exponent of the tolerance to which the stroke is proportional.
+TOLERANCE_EXPONENT = 0.22
+#: Violation by a deviation e times the tolerance [radians].
+DEVIATION_VIOLATION = 0.1
+#: Violation by a straight line whose distance from a flat arc is the tolerance [radians].
+LINE_VIOLATION = 0.02
+#: Violation if no crank turns fully [radians].
+NO_TURN_VIOLATION = 0.3
+#: Violation assumed for an unknown angle [radians].
+UNKNOWN_VIOLATION = 0.5
+#: Number of corrections of the window of a return guide.
 CORRECTIONS = 4
-#: Part of the tolerance that a return guide should use.
-USED = 0.995
-#: Starts of one series that differ by less than this in size [strokes] and transmission angle
-#: [right angles] are one.
-CELL = (0.15, 0.12)
-#: Allowance of a typical stored guide of no deviation [requested tolerances].
+#: Fraction of the tolerance that a return guide should use.
+USED_TOLERANCE = 0.995
+#: Differences in size [strokes] and transmission angle [right angles] below which two starts of a
+#: series count as one.
+SAME_START = (0.15, 0.12)
+#: Allowance of a typical stored guide without deviation [requested tolerances].
 TYPICAL_ALLOWANCE = 4.0
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
 #: Largest file whose seal is checked before a search [bytes]: checking a larger one takes longer
 #: than the search.
-WHOLE = 100_000_000
+MAX_CHECKED_SIZE = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -90,12 +90,12 @@ class Reaches:
 
     @cached_property
     def series_number(self) -> Array:
-        """The number of each reach's series among those that are there."""
+        """Number of each reach's series among the series present."""
         return np.asarray(np.unique(self.series.astype(str), return_inverse=True)[1])
 
     @cached_property
     def family_number(self) -> Array:
-        """The number of each reach's family among those that are there."""
+        """Number of each reach's family among the families present."""
         return np.asarray(np.unique(self.family.astype(str), return_inverse=True)[1])
 
 
@@ -104,16 +104,16 @@ class ChangedError(DatabaseError):
 
 
 def stored_reaches(problem: Problem, database: Database, effort: int = 1) -> Reaches:
-    """Return the stored reaches that may suit a problem, more of them with more effort.
+    """Return the stored reaches that may suit a problem; their number grows with the effort.
 
-    Kept in memory until the file changes.
+    They are kept in memory until the file changes.
     """
-    what = (tuple(kinds(problem)), levels(problem), COVER * effort)
+    what = (tuple(kinds(problem)), levels(problem), GUIDES_PER_EFFORT * effort)
     size, *_ = stamp = database.stamp()
     kept = _KEPT.setdefault(database, {})
     if kept.get("stamp") != stamp:
         kept.clear()
-        if size <= WHOLE:
+        if size <= MAX_CHECKED_SIZE:
             database.check(rules=False)
         kept["stamp"] = stamp
     if what not in kept:
@@ -122,14 +122,14 @@ def stored_reaches(problem: Problem, database: Database, effort: int = 1) -> Rea
     return reaches
 
 
-#: What was read of each open database, by what was asked.
+#: Reaches read from each open database, by the arguments of the query.
 _KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
 
 
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
     """Read the reaches of guides of these kinds between two levels of deviation.
 
-    Of each member the first `cover` guides, in the order in which they cover it.
+    Of each member the first `cover` guides are read, in order of coverage.
     """
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
     columns = {
@@ -146,23 +146,23 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
 
 
 def _marks(values: Sequence[Any]) -> str:
-    """Return a place holder for each value."""
+    """Return a placeholder for each value."""
     return ", ".join("?" * len(values))
 
 
 def kinds(problem: Problem) -> list[str]:
-    """Return the kinds of stored guides that may suit a problem, for flat arcs lines too."""
+    """Return the kinds of stored guides that may suit a problem; for flat arcs lines too."""
     wanted = problem.constraints
     names = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
-    flat = problem.fixed_curvature is not None and abs(problem.fixed_curvature) / 8 < FLAT
+    flat = problem.fixed_curvature is not None and abs(problem.fixed_curvature) / 8 < MAX_SAGITTA
     return [names["circle"], names["line"]] if flat else [names[problem.path.kind]]
 
 
 def levels(problem: Problem) -> tuple[int, int]:
     """Return the range of levels of deviation to read.
 
-    The requested and the next looser one; all tighter ones too if the deviation is ranked or the
-    radius given.
+    These are the requested level and the next looser one; all tighter ones too if the deviation is
+    ranked or the radius is given.
     """
     top = int(np.clip(np.floor(np.log10(problem.deviation) + 1e-9), min(LEVELS), max(LEVELS)))
     tightest = min(LEVELS) if "deviation" in problem.ranking.weights or problem.fixed_curvature is not None else top
@@ -170,7 +170,7 @@ def levels(problem: Problem) -> tuple[int, int]:
 
 
 def eligible(problem: Problem, reaches: Reaches) -> Mask:
-    """Mark reaches of a family, series, configuration and order asked for, shape (n,)."""
+    """Tell which reaches have a requested family, series, configuration and order, shape (n,)."""
     wanted = problem.constraints
     good = np.ones(len(reaches), bool)
     sorts = {"families": reaches.family, "series": reaches.series, "configurations": reaches.configuration}
@@ -183,32 +183,34 @@ def eligible(problem: Problem, reaches: Reaches) -> Mask:
 
 
 def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
-    """Estimate cost with violation of stored reaches, and factors of their strokes, (n,) each.
+    """Estimate cost plus violation of stored reaches, and factors of their strokes, (n,) each.
 
     A straight reach is stretched until it is likely to use the tolerance; the window of an arc is
-    cut until its sweep is the one asked for.
+    cut until its sweep is the requested one.
     """
     with np.errstate(all="ignore"):
         stretch, missing = _stretches(problem, reaches)
         values = _values(problem, reaches, stretch)
-        return problem.ranking.cost(values) + BREAKS * _broken(problem, reaches, stretch, missing, values), stretch
+        return problem.ranking.cost(values) + VIOLATION_WEIGHT * _broken(
+            problem, reaches, stretch, missing, values
+        ), stretch
 
 
 def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
     """Return factors that stretch strokes, and the remaining errors of sweeps, (n,) each."""
-    stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** GAIN, *STRETCH)
+    stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** TOLERANCE_EXPONENT, *STRETCH_RANGE)
     if problem.ranking.only == "deviation":
         stretch = np.ones_like(stretch)
     if problem.fixed_curvature is None:
         return stretch, np.zeros(len(reaches))
     curved, sweep = reaches.sweep > 0, abs(problem.fixed_curvature)
     share = sweep / np.where(curved, reaches.sweep, sweep)
-    missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * UNBENT)
-    return np.where(curved, np.clip(share, *CUT), stretch), missing
+    missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * LINE_VIOLATION)
+    return np.where(curved, np.clip(share, *CUT_RANGE), stretch), missing
 
 
 def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Floats]:
-    """Return the arguments of a ranking that are known of stored reaches.
+    """Return the arguments of a ranking that are known for stored reaches.
 
     See `candidates.feasibility.values`.
     """
@@ -230,26 +232,26 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
 def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]) -> Floats:
     """Estimate the violations of the constraints by stored reaches, shape (n,)."""
     bounds = problem.constraints
-    broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATES + missing
+    broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATION_VIOLATION + missing
     for row in SIZES:
         if (bound := getattr(bounds, row.name)) is not None:
             over = excess(row, values[row.criterion], bound)
             broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
     broken += np.maximum(np.radians(bounds.min_transmission - reaches["min_transmission"]), 0.0)
     if bounds.full_rotation:
-        broken += np.where(reaches.rotates > 0, 0.0, TURNS_NOT)
+        broken += np.where(reaches.rotates > 0, 0.0, NO_TURN_VIOLATION)
     for row in DRIVES:
         if row.unit == DEGREES and (bound := getattr(bounds, row.name)) is not None:
             column = reaches[row.measure]
             over = np.maximum(np.radians(excess(row, column * stretch, bound)), 0)
-            broken += np.where(np.isnan(column), UNKNOWN, over)
+            broken += np.where(np.isnan(column), UNKNOWN_VIOLATION, over)
     return broken + _outside(problem, reaches, 1 / stretch)
 
 
 def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
-    """Return the distances of stored boxes of pivots out of their regions, shape (n,).
+    """Return the distances of stored boxes of pivots outside their regions, shape (n,).
 
-    Laid in the best way.
+    Each guide is in its best orientation.
     """
     regions = {"fixed_pivots_in": reaches.fixed_box, "pivots_in": reaches.box}
     regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
@@ -272,14 +274,14 @@ def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
 def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
     """Return the numbers of the most promising reaches, best first.
 
-    Each guide once, in equal shares of the series and unlike each other.
+    Each guide occurs once; series have equal shares, and the guides are unlike each other.
 
     Parameters
     ----------
     merit : ndarray, shape (n,)
-        Less is better, infinite for what is not eligible.
+        Less is better; infinite for reaches that are not eligible.
     skip : ndarray of int, optional
-        Guides that were taken before.
+        Guides that earlier shortlists contained.
     """
     order = np.argsort(merit, kind="stable")
     order = order[np.isfinite(merit[order])]
@@ -289,7 +291,7 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
     size = np.floor(np.log(reaches["size"][order]) / CELL[0]).astype(int)
     angle = np.floor(reaches["min_transmission"][order] / 90 / CELL[1]).astype(int)
     series, family = reaches.series_number[order], reaches.family_number[order]
-    repeated = ranks(series, family, size, angle)  # how many alike come before
+    repeated = ranks(series, family, size, angle)  # number of similar reaches before each
     by = np.argsort(repeated, kind="stable")
     turn = np.empty(len(order), int)
     turn[by] = ranks(series[by])  # the first of each series, then the second of each
@@ -305,7 +307,7 @@ def candidates_of(
     most = REACH.usable * np.minimum(low / (1 - centre), high / (1 + centre))
     free = bool((reaches.sweep[chosen] > 0).any()) if problem.curved else False
     traced = trace(guides, np.minimum(half * stretch, most), circle=free, split=True, centre=centre, nodes=16)
-    if problem.constraints.returns:  # these are not refined
+    if problem.constraints.returns:  # returning points are not refined
         if problem.fixed_curvature is not None:
             sweep = abs(problem.fixed_curvature)
             traced = at_sweep(guides, half, centre, reaches.sweep[chosen], sweep)[1]
@@ -321,20 +323,20 @@ def _within(
 ) -> Traced:
     """Fit the windows of guides to the tolerance by the secant method on logarithms.
 
-    Where the deviation is ranked, only those that exceed it are cut.
+    Where the deviation is ranked, only windows that exceed the tolerance are cut.
     """
-    power, half = np.full(len(half), GROWTH), np.minimum(half, most)
+    power, half = np.full(len(half), STROKE_EXPONENT), np.minimum(half, most)
     for _ in range(CORRECTIONS):
         before, relative = half, traced.relative.astype(float)
         with np.errstate(all="ignore"):
-            factor = (USED * problem.deviation / relative) ** (1 / power)
+            factor = (USED_TOLERANCE * problem.deviation / relative) ** (1 / power)
         if problem.ranking.only == "deviation":
             factor = np.minimum(factor, 1.0)
-        half = np.where(np.isfinite(factor), np.minimum(half * np.clip(factor, *STRETCH), most), half)
+        half = np.where(np.isfinite(factor), np.minimum(half * np.clip(factor, *STRETCH_RANGE), most), half)
         traced = trace(guides, half, circle=problem.curved, split=True, centre=centre, nodes=16)
         with np.errstate(all="ignore"):
             slope = np.log(traced.relative.astype(float) / relative) / np.log(half / before)
-        power = np.where(np.isfinite(slope), np.clip(slope, 0.5 * GROWTH, 3 * GROWTH), power)
+        power = np.where(np.isfinite(slope), np.clip(slope, 0.5 * STROKE_EXPONENT, 3 * STROKE_EXPONENT), power)
     return traced
 
 
@@ -343,8 +345,8 @@ def _read_guides(
 ) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame.
 
-    The origin of this frame is the pole; a slot is seen from the coupler.  The half windows, their
-    middles and the origins of the guides are returned too.
+    The origin of this frame is the pole; a guide with a slot is given as its inversion. Half
+    windows, their middles and the origins of the guides are returned too.
     """
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level"), int),
@@ -360,7 +362,7 @@ def _read_guides(
         _KEPT.pop(database, None)
         raise ChangedError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
     linkage = Linkage.trusted(database.pivots(rows)[at])
-    if problem.constraints.slots:  # then no other kinds were read
+    if problem.constraints.slots:  # then only kinds with slots were read
         linkage = linkage.inverted()
     z = rows["x"][at] + 1j * rows["y"][at]
     part = take(reaches, chosen)

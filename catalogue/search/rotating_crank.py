@@ -1,10 +1,10 @@
 """Synthesised starts with a crank that turns fully and their straightest coupler points.
 
-Four-bars are drawn whose crank turns fully; it turns as far as requested.  In the pose a coupler
-point z is at F + E z; with the unit vector u across the path the distance from a line, Re(conj(u)
-(F + E z)) up to a constant, is linear in the four numbers conj(u) and conj(u) z, and so is the way
-along it: the scatter across over that along is a quotient of two quadratic forms, the point its
-least eigenvector.
+Four-bars are drawn at random whose crank turns fully; over the stroke it turns as far as requested.
+In a pose a coupler point z is at F + E z. With the unit vector u across the path the distance from
+a line, Re(conj(u) (F + E z)) up to a constant, is linear in the four numbers conj(u) and conj(u) z,
+and so is the position along the line. The ratio of scatter across to scatter along the line is
+therefore a quotient of two quadratic forms, and the straightest point its least eigenvector.
 
 Source: the draws and the quotient are ours.
 """
@@ -26,14 +26,15 @@ from .draws import LONGEST, SHORTEST
 
 @dataclass(frozen=True)
 class Draws:
-    """How four-bars are drawn whose crank turns fully."""
+    """Options of random four-bars whose crank turns fully."""
 
     longest: float = 16.0  #: largest length of a link [shortest links]
-    each: int = 25  #: linkages drawn for one that is kept
-    drag_links: float = 0.3  #: share of those whose frame is the shortest link: both cranks turn
-    positions: int = 17  #: positions of a crank at which a path is read
-    turned: tuple[float, float] = (0.7, 2.8)  #: angle of a crank over the stroke, if none is asked [rad]
-    dragged: tuple[float, float] = (0.2, 1.6)  #: of a drag link, whose cranks are longer [rad]
+    each: int = 25  #: number of linkages drawn per linkage kept
+    drag_links: float = 0.3  #: share of drag links, whose frame is the shortest link, so that both cranks turn
+    positions: int = 17  #: number of positions of a crank at which a path is sampled
+    #: range of the angle of a crank over the stroke, if none is requested [rad]
+    turned: tuple[float, float] = (0.7, 2.8)
+    dragged: tuple[float, float] = (0.2, 1.6)  #: the range for a drag link, whose cranks are longer [rad]
 
 
 DRAWS = Draws()
@@ -42,30 +43,31 @@ DRAWS = Draws()
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
     """Return measured four-bars whose crank turns fully, each with its straightest point.
 
-    None unless the path is a straight line.  Slider-cranks are none of them: their straightest
-    point is the slider.
+    None unless the path is a straight line.  Slider-cranks are left out: their straightest point is
+    the slider.
 
     Parameters
     ----------
     count : int
-        How many are measured at most: those whose links are as long as may be, or shorter, come
-        first, then those whose path scatters least.
+        Largest number of measured linkages: those within the permitted length of links come first,
+        then those whose path scatters least.
     """
     if problem.curvature != 0:
         return None
     linkage = _rotating(DRAWS.each * count, random)
     wanted, n = problem.constraints, len(linkage)
-    drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1 + 1e-9  # else 1, but for rounding
+    # length 1 up to rounding, unless the linkage is a drag link
+    drags = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0]) > 1 + 1e-9
     turned = np.where(drags, random.uniform(*DRAWS.dragged, n), random.uniform(*DRAWS.turned, n))
     if wanted.min_drive_angle is not None:
         turned = np.full(n, np.radians(wanted.min_drive_angle))
     share = np.cos(
         np.pi * np.arange(DRAWS.positions) / (DRAWS.positions - 1)
-    )  # denser towards both ends, where paths bend away
+    )  # denser towards both ends, where paths curve away
     with np.errstate(all="ignore"):
         moving = motion(linkage, CRANK_1)
         d, x, _ = moving.pose(np.tan(0.25 * share[:, None] * turned))
-        shift, turn = d - x * moving.origin, 1 + x  # z goes to shift + turn z
+        shift, turn = d - x * moving.origin, 1 + x  # z moves to shift + turn z
     closes = np.flatnonzero(np.isfinite(shift).all(0))
     linkage, shift, turn = linkage[closes], shift[:, closes], turn[:, closes]
     scatter, point = straightest(shift, turn)
@@ -112,7 +114,7 @@ def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
 def _rotating(count: int, random: np.random.Generator) -> Linkage:
     """Draw `count` four-bars, and return those whose crank 1 turns fully.
 
-    Each is in a random position.  The crank has the length 1; of drag links the frame has.
+    Each is in a random position. The crank has length 1; in a drag link the frame has.
     """
     ground, coupler, other = np.exp(random.uniform(0, np.log(DRAWS.longest), (3, count)))
     length = np.ones(count)

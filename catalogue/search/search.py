@@ -1,15 +1,15 @@
 """The search: phases that gather starts and refine the promising ones.
 
 The starts of a phase are stored guides, synthesised guides, or perturbed copies of the best point
-found.  They race into the constraints (`catalogue.refine.race`), and the leaders are refined on
-their finite motion (`catalogue.refine.sqp`), fewer of them the farther it goes (successive
-halving, K. Jamieson and A. Talwalkar, AISTATS 2016, 240-248).  Starts of a family with few of them
-are refined without a race.
+found.  A race leads them into the constraints (`catalogue.refine.race`), and the leaders are
+refined on their finite motion (`catalogue.refine.sqp`), in decreasing number (successive halving,
+K. Jamieson and A. Talwalkar, AISTATS 2016, 240-248). If a family has few starts, they are refined
+without a race.
 
-The first phase is short: it ends the search with a full list, none of which can be much better.
-The best is perturbed for as long as that pays (basin hopping, D. J. Wales and J. P. K. Doye,
-J. Phys. Chem. A 101 (1997) 5111-5116).  A unit of effort more is a search from other starts.  All
-budgets are counts, so that answers are equal on every machine.
+The first phase is short: it ends the search if the list is full and no answer can become much
+better. The best answer is perturbed as long as that gains (basin hopping, D. J. Wales and J. P. K.
+Doye, J. Phys. Chem. A 101 (1997) 5111-5116). Each further unit of effort is a search from other
+starts. All budgets are counts, so that answers are equal on every machine.
 """
 
 from __future__ import annotations
@@ -35,63 +35,64 @@ from .starts import SearchReport, Starts, is_constrained
 
 @dataclass(frozen=True)
 class Budget:
-    """How far a search goes."""
+    """Budget of a search."""
 
-    short: int = 30  #: starts of the short phase
-    followed: int = 15  #: starts of the short phase refined to the end
-    per_kind: int = 60  #: starts of a race, of each kind
-    raced: int = 150  #: starts of a race
-    rounds: int = 15  #: rounds of a race
-    dense: int = 4  #: more rounds at twice as many stations
-    leaders: int = 16  #: leaders of a race that are refined
-    tried: int = 40  #: starts of each kind refined without a race, and of all in a second round
-    kept: int = 16  #: starts refined to the end after the second round
-    farther: int = 4  #: rounds of refinement after the second
-    broad: int = 3  #: broad phases after the first, where there are too few answers
-    hops: int = 10  #: phases of perturbed copies
-    hopped: int = 80  #: perturbed copies of a phase
-    hop_rounds: int = 5  #: rounds of a race of perturbed copies, which begin near the constraints
-    landed: int = 16  #: leaders of a race of perturbed copies
-    rare: int = 40  #: starts of a family that are too few for a race
-    known: int = 4  #: answers to a tighter problem that are refined
-    beside: int = 10  #: stored starts beside answers to a tighter problem
-    known_followed: int = 8  #: starts beside a tighter problem refined to the end
+    short: int = 30  #: number of starts of the short phase
+    followed: int = 15  #: number of starts of the short phase refined to the end
+    per_kind: int = 60  #: number of starts of each kind in a race
+    raced: int = 150  #: number of starts of a race
+    rounds: int = 15  #: number of rounds of a race
+    dense: int = 4  #: number of further rounds at twice as many stations
+    leaders: int = 16  #: number of leaders of a race that are refined
+    tried: int = 40  #: number of starts of each kind refined without a race, and of all in a second round
+    kept: int = 16  #: number of starts refined to the end after the second round
+    farther: int = 4  #: number of rounds of refinement after the second
+    broad: int = 3  #: number of broad phases after the first, where there are too few answers
+    hops: int = 10  #: number of phases of perturbed copies
+    hopped: int = 80  #: number of perturbed copies of a phase
+    hop_rounds: int = 5  #: number of rounds of a race of perturbed copies, which begin near the constraints
+    landed: int = 16  #: number of leaders of a race of perturbed copies
+    rare: int = 40  #: number of starts of a family below which no race is run
+    known: int = 4  #: number of answers to a tighter problem that are refined
+    beside: int = 10  #: number of stored starts besides answers to a tighter problem
+    known_followed: int = 8  #: number of starts of a tighter problem refined to the end
 
 
 BUDGET = Budget()
 
 
 class Cuts(NamedTuple):
-    """How a race drops starts."""
+    """Numbers of starts that a race drops."""
 
-    after: tuple[float, ...] = (1 / 3, 2 / 3)  #: parts of its rounds after which it drops some
-    kept: float = 0.6  #: part of the starts that go on
+    after: tuple[float, ...] = (1 / 3, 2 / 3)  #: fractions of its rounds after which a race drops starts
+    kept: float = 0.6  #: fraction of the starts that are kept
 
 
 class LeadIn(NamedTuple):
-    """How a search for the least deviation leads to a tolerance that is missed."""
+    """Lead-in: a search for the least deviation until it approaches a tolerance that was missed."""
 
-    loosest: float = 0.01  #: its own tolerance, whatever is asked for [strokes]
-    nearest: int = 12  #: candidates nearest to the constraints that are refined before and after it
-    fall: float = 0.05  #: fall of the logarithm of the deviation in a broad phase that promises more
-    #: Ratio of the least deviation to a tolerance that is given up where there is no such fall.  Of
-    #: requests that were answered in the end some had 1.6 for two phases.
+    loosest: float = 0.01  #: tolerance of the lead-in, whatever the request [strokes]
+    nearest: int = 12  #: number of candidates nearest to the constraints that are refined before and after the lead-in
+    fall: float = 0.05  #: decrease of the logarithm of the deviation in a broad phase that promises further gain
+    #: Ratio of least deviation to tolerance above which the search gives up where there is no such
+    #: decrease. Some requests that were answered in the end had a ratio of 1.6 for two phases.
     far_off: float = 3.0
 
 
 CUTS = Cuts()
 LEAD_IN = LeadIn()
 
-#: How many answers are enough to look no farther.
+#: Number of answers that suffices to end the search.
 AMPLE = 6
-#: More answers than are found: all broad phases are taken.
+#: Number of answers that is never reached: all broad phases are run.
 EVERY = 1_000_000
-#: So many candidates left in a refinement, none of them the best, are not worth a round.
+#: Number of candidates in a refinement, none of them the best, that are not worth a further round.
 FEW = 3
-#: Gain of a phase, as a part of the cost, or of 1 where it is less and no deviation.
+#: Least gain of a phase, relative to the cost, or to 1 for a smaller cost that is no deviation.
 GAIN = 3e-3
-#: Starts most like a candidate, and most promising, where an answer is likely to be near it.
-LIKELY = 4
+#: Number of starts most like a candidate, and of most promising ones, where an answer is likely
+#: near it.
+LIKELY_STARTS = 4
 
 
 def by_deviation(problem: Problem) -> Problem:
@@ -108,22 +109,22 @@ def by_deviation(problem: Problem) -> Problem:
 class Search:
     """A search for a problem, with its answers.
 
-    Of each refined start the cheapest point inside the constraints is kept, else the nearest one.
+    For each refined start the cheapest feasible point is kept, else the one of least violation.
     """
 
     problem: Problem
     database: Database
     report: SearchReport = field(default_factory=SearchReport)
-    refines: bool = True  #: whether starts are refined; else they are given as they are stored
-    enough: int = AMPLE  #: how many answers end the search
-    given: InitVar[CandidateBatch | None] = None  #: starts from elsewhere
-    effort: int = 1  #: which search for the problem this is, from 1
-    warm: bool = False  #: whether the starts from elsewhere are answers to a tighter problem
+    refines: bool = True  #: whether starts are refined; otherwise they are returned as stored
+    enough: int = AMPLE  #: number of answers that ends the search
+    given: InitVar[CandidateBatch | None] = None  #: further starts
+    effort: int = 1  #: number of this search for the problem, from 1
+    warm: bool = False  #: whether the further starts are answers to a tighter problem
     budget: Budget = BUDGET
     found: CandidateBatch | None = None
-    refining: Refinement | None = None  #: in progress
-    broad: int = 0  #: broad phases that were run
-    cost: Floats = field(default_factory=lambda: np.zeros(0))  #: infinite outside the constraints
+    refining: Refinement | None = None  #: refinement in progress
+    broad: int = 0  #: number of broad phases so far
+    cost: Floats = field(default_factory=lambda: np.zeros(0))  #: costs of the answers, infinite outside the constraints
     #: `searching`, then `found`, `good enough`, `no gain`, or `exhausted` without an answer
     status: str = "searching"
 
@@ -165,8 +166,8 @@ class Search:
 
         None if there are none.
         """
-        starts = self.starts.likely(candidate, LIKELY)
-        for _ in self._take(candidate if starts is None else join(candidate, starts), LIKELY):
+        starts = self.starts.likely(candidate, LIKELY_STARTS)
+        for _ in self._take(candidate if starts is None else join(candidate, starts), LIKELY_STARTS):
             pass
         if self.found is None or not self._feasible:
             return None
@@ -174,7 +175,7 @@ class Search:
 
     # -- phases ----------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
-        """Take the phases one by one; yield after each round why the search ends, or nothing."""
+        """Run the phases; after each round yield the reason to stop, or an empty text."""
         if (known := self._meeting(self.starts.given)) is not None:
             self._add(known, cost(self.problem, known))
             if self.warm and self.refines:
@@ -203,8 +204,8 @@ class Search:
     def _from_known(self, known: CandidateBatch) -> Iterator[str]:
         """Refine the best answers to a tighter problem, and a few stored starts.
 
-        A full list ends the search, after hops from its best where that is beyond the gap: broad
-        phases were run for tighter problems.
+        A full list ends the search, after hops from its best answer if that is beyond the gap.
+        Broad phases are omitted, as tighter problems have had them.
         """
         best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
         beside = self._gathered(self.starts.short, self.budget.beside)
@@ -246,8 +247,8 @@ class Search:
         yield from self._take(finalists, wanted // 2)
 
     def _leaders(self, starts: CandidateBatch, wanted: int, rounds: int) -> CandidateBatch:
-        """Race starts with successive cuts, return the leaders measured on their finite motion."""
-        from ..refine.race import Race  # a brief search runs none
+        """Race starts with successive cuts; return the leaders, measured on their finite motion."""
+        from ..refine.race import Race  # a brief search runs no race
 
         race = Race.of(self.problem, starts)
         for number in range(rounds):
@@ -274,7 +275,7 @@ class Search:
         return np.asarray((count <= self.budget.rare)[family])
 
     def _take(self, starts: CandidateBatch | None, kept: int) -> Iterator[str]:
-        """Refine starts for two rounds and the best of them farther, or take them as stored."""
+        """Refine starts for two rounds and the best of them further, or accept them as stored."""
         if starts is None or not len(starts):
             return
         if not self.refines:
@@ -299,7 +300,7 @@ class Search:
         self.refining = None
 
     def _refined(self, *followed: int) -> Iterator[str]:
-        """Yield what is there already, then run a round."""
+        """Yield the reason to stop, if there is one already; then run a round."""
         assert self.refining is not None
         yield ""
         before = self.refining.evaluated
@@ -310,7 +311,7 @@ class Search:
     def _lead_in(self) -> Iterator[str]:
         """Minimise the deviation under the other constraints until it is small enough, then refine.
 
-        A tolerance is thus met wherever a search for the least deviation would meet it.
+        So a tolerance is met whenever a search for the least deviation would meet it.
         """
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
@@ -353,7 +354,7 @@ class Search:
 
     @property
     def least(self) -> float:
-        """The least cost so far, infinite before there is one."""
+        """Least cost so far; infinite before the first answer."""
         return min(self._least, np.inf if self.refining is None else float(self.refining.best_cost.min()))
 
     def _put_aside(self, refinement: Refinement) -> None:
@@ -378,20 +379,20 @@ class Search:
 
     @property
     def _is_hard(self) -> bool:
-        """Whether constraints are asked for, or a measure whose least value is unknown."""
+        """Whether there are constraints, or a ranked measure whose least value is unknown."""
         return is_constrained(self.problem) or not (self._by_deviation or self.problem.ranking.only == "score")
 
     @property
     def _followed(self) -> int:
         """Number of trials of each candidate that are continued in the first rounds.
 
-        More for ranked deviations, which fall by orders of magnitude there.
+        It is larger for a ranked deviation, which falls by orders of magnitude in these rounds.
         """
         return len(RADIUS_FACTORS) if self._by_deviation else 1
 
     @property
     def _enough_already(self) -> str:
-        """Why the search ends after its short phase."""
+        """Reason to end the search after its short phase; else empty."""
         worth = int(self._worth_something.sum())
         if not self._is_hard:
             return "found" if worth >= self.enough else ""
@@ -400,7 +401,7 @@ class Search:
 
     @property
     def _enough_for_all(self) -> str:
-        """Why the search ends after its broad phases."""
+        """Reason to end the search after its broad phases; else empty."""
         ends = not self.problem.effort or not self._is_hard or self.enough == 1
         if ends or not self.refines or not self._feasible:
             return "found"
@@ -408,7 +409,7 @@ class Search:
 
     @property
     def _feasible(self) -> bool:
-        """Whether anything was found that meets the constraints."""
+        """Whether a feasible candidate was found."""
         return bool(np.isfinite(self.cost).any())
 
     @property
@@ -419,7 +420,10 @@ class Search:
 
     @property
     def _in_gap(self) -> bool:
-        """Whether the best answer is near the best cost; exact, where deviation is ranked."""
+        """Whether the best answer is near the bound of the cost.
+
+        For a ranked deviation, whether it is exact.
+        """
         if self.problem.effort > 1:
             return False
         exact = np.log(2 * EXACT_DEVIATION / self.problem.deviation)
@@ -434,7 +438,7 @@ class Search:
 
     @property
     def _is_varied(self) -> bool:
-        """Whether what was found fills the list within the quota of each series."""
+        """Whether the answers fill the list within the quota of each series."""
         most, series = self.problem.ranking.per_series, self.problem.constraints.series
         if self.found is None or not most:
             return True

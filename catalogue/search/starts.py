@@ -1,7 +1,7 @@
 """Starts of a phase: stored guides, synthesised ones, and perturbed copies of the best.
 
-Of each kind the most promising that are unlike each other; stored guides by estimated cost and
-violation.
+Each kind contributes its most promising starts that are unlike each other; stored guides are
+compared by estimated cost and violation.
 """
 
 from __future__ import annotations
@@ -25,48 +25,48 @@ from ..store import Database
 from . import euler_savary, exact_guides, retrieve, rotating_crank, turning_cranks
 from .draws import allowed
 
-#: Stored guides that are measured in a phase.
+#: Number of stored guides that are measured in a phase.
 STORED = 200
-#: Linkages of each family that are drawn to measure in a phase.
+#: Number of linkages of each family that are drawn in a phase, to be measured.
 DRAWN = 2500
-#: Exact guides drawn.
+#: Number of exact guides drawn.
 EXACT_GUIDES = 200
-#: Stored guides among which those like a candidate are looked for.
-LIKELY_OF = 90
-#: Of how many linkages drawn for other paths one is drawn for an arc beyond a half circle: it costs
-#: as much more.
-CIRCLING = 8
-#: How often stored guides are read at most while builds replace them.
+#: Number of stored guides among which similar ones to a candidate are sought.
+LIKELY_POOL = 90
+#: Divisor of the number of linkages drawn for an arc beyond a half circle: each costs as many times
+#: more.
+CIRCLING_DIVISOR = 8
+#: Largest number of attempts to read stored guides while builds replace them.
 READS = 5
-#: Points that are perturbed, the best ones.
+#: Number of best points that are perturbed.
 BEST = 8
-#: Perturbed copies of each.
+#: Number of perturbed copies of each point.
 COPIES = 12
-#: Least and largest perturbation, as powers of ten [strokes].
-BY = (-2.0, -0.5)
-#: Price of what is broken when starts are compared.
+#: Range of the perturbations, as powers of ten [strokes].
+PERTURBATIONS = (-2.0, -0.5)
+#: Penalty of violations when starts are compared.
 PENALTY = 4.0
-#: Constraints that choose among sorts of guides.
-SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
+#: Constraints that select kinds of guides.
+KIND_CONSTRAINTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
 
 
 def is_constrained(problem: Problem) -> bool:
-    """Tell whether a problem has constraints other than the sorts of guides."""
-    return any(name not in SORTS for name in problem.constraints.active())
+    """Tell whether a problem has constraints other than those on the kind of guide."""
+    return any(name not in KIND_CONSTRAINTS for name in problem.constraints.active())
 
 
 @dataclass
 class SearchReport:
     """Statistics of a search."""
 
-    seconds: dict[str, float] = field(default_factory=dict)  #: wall time of each step, which do not overlap
-    eligible: int = 0  #: stored reaches that are of a family, series, configuration and order asked for
-    measured: int = 0  #: starts that were laid along the path and measured
-    raced: int = 0  #: rounds of single starts in races
-    refined: int = 0  #: programmes that the refinement solved, each for a trial point that it measured
-    solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
-    completed: int = 0  #: there: others, completed along the path
-    #: all that was found, whether it meets the constraints or not
+    seconds: dict[str, float] = field(default_factory=dict)  #: wall time of each step; steps do not overlap
+    eligible: int = 0  #: number of stored reaches of a requested family, series, configuration and order
+    measured: int = 0  #: number of starts placed along the path and measured
+    raced: int = 0  #: number of rounds in races, summed over starts
+    refined: int = 0  #: number of programmes solved by the refinement, each for a measured trial point
+    solved: int = 0  #: number of linkages that series gave in closed form, for prescribed pivots
+    completed: int = 0  #: number of linkages completed along the path, for prescribed pivots
+    #: candidates nearest to the constraints, feasible or not
     nearest: CandidateBatch | None = field(default=None, repr=False)
 
     @contextmanager
@@ -81,21 +81,21 @@ class SearchReport:
 
 @dataclass
 class Starts:
-    """Supply the starts of a search: stored guides, each once, and synthesised ones."""
+    """Supply the starts of a search: each stored guide once, and synthesised ones."""
 
     problem: Problem
     database: Database
     report: SearchReport
     effort: int = 1  #: number of the search for this problem, from 1: seed of the random starts
     refines: bool = True  #: whether starts are refined; else they must be feasible
-    given: CandidateBatch | None = None  #: starts from elsewhere
-    taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides taken so far
+    given: CandidateBatch | None = None  #: further starts
+    taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides returned so far
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng(19 + self.effort)
 
     def short(self, count: int) -> CandidateBatch | None:
-        """Return the most promising stored guides; they remain starts."""
+        """Return the most promising stored guides; later phases may return them again."""
         before = self.taken
         parts = self._circling() if self.problem.is_wide else [self._stored(2 * count), *self._made_at_once()]
         self.taken = before
@@ -109,7 +109,7 @@ class Starts:
             parts = [self._stored(STORED)]
             if number == 0:
                 parts += self._made_at_once()
-            if self.refines or number:  # as they are, stored guides come first
+            if self.refines or number:  # without refinement stored guides come first
                 parts += self._made()
         if self.problem.constraints.full_rotation and "four-bar" in self._families:
             parts.append(rotating_crank.starts(self.problem, DRAWN, self._random))
@@ -122,9 +122,9 @@ class Starts:
         return self._joined([self._copies(found)], count)
 
     def likely(self, near: CandidateBatch, count: int) -> CandidateBatch | None:
-        """Return `count` stored starts most like a candidate, and `count` most promising ones."""
+        """Return the `count` stored starts most like a candidate, and the `count` best of all."""
         parts = self._circling() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
-        starts = self._joined(parts, LIKELY_OF)
+        starts = self._joined(parts, LIKELY_POOL)
         if starts is None:
             return None
         one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
@@ -133,13 +133,13 @@ class Starts:
         return starts[np.unique([*order])]
 
     def best(self, starts: CandidateBatch, count: int) -> CandidateBatch:
-        """Return the best of starts by cost and violation."""
+        """Return the best starts by cost and violation."""
         return starts[np.argsort(self._merits(starts), kind="stable")[:count]]
 
     def _joined(
         self, parts: Sequence[CandidateBatch | None], count: int, *, with_given: bool = False
     ) -> CandidateBatch | None:
-        """Join the `count` most promising starts of each part, and the given ones."""
+        """Join the `count` most promising starts of each part, and on request the given ones."""
         kept = [self.promising(part, count) for part in parts if part is not None and len(part)]
         if with_given and self.given is not None and len(self.given):
             kept.append(self.given)
@@ -147,45 +147,46 @@ class Starts:
         return join(*kept) if kept else None
 
     def _made_at_once(self) -> list[CandidateBatch | None]:
-        """Return exact guides, where they are wanted."""
+        """Return exact guides, where they are suitable."""
         return [exact_guides.starts(self.problem, EXACT_GUIDES, self._random)] if self._exact else []
 
     def _made(self) -> list[CandidateBatch | None]:
-        """Return linkages that touch the path in mid-stroke, of each family."""
+        """Return linkages of each family with second-order contact in mid-stroke."""
         return [euler_savary.starts(self.problem, name, DRAWN, self._random) for name in self._families]
 
     def _circling(self) -> list[CandidateBatch | None]:
         """Return starts for an arc near a half circle or beyond, of each family."""
-        count = DRAWN // CIRCLING
+        count = DRAWN // CIRCLING_DIVISOR
         names = turning_cranks.families(self.problem)
         return [turning_cranks.starts(self.problem, name, count, self._random) for name in names]
 
     @cached_property
     def _families(self) -> list[str]:
-        """Families of which starts are made to measure."""
+        """Families of which starts are synthesised."""
         return allowed(self.problem, euler_savary.PINNED)
 
     @property
     def _exact(self) -> bool:
-        """Whether exact guides are wanted, even trivial ones.
+        """Whether exact guides are suitable, even trivial ones.
 
-        For arcs of a given radius, for the least deviation, or for bodies that hardly turn.
+        They are for arcs of a given radius, for the least deviation, and for bodies that hardly
+        turn.
         """
         problem = self.problem
         steady = problem.constraints.max_rotation is not None
         return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
 
     def _stored(self, count: int) -> CandidateBatch | None:
-        """Return stored starts; where a build replaces them meanwhile, those that it made."""
+        """Return stored starts; where a build replaces them meanwhile, return the new ones."""
         for _ in range(READS - 1):
             try:
                 return self._shortlisted(count)
             except retrieve.ChangedError:
-                del self._ranked  # they are read again
+                del self._ranked  # to be read again
         return self._shortlisted(count)
 
     def _shortlisted(self, count: int) -> CandidateBatch | None:
-        """Return the most promising stored guides that were no starts yet."""
+        """Return the most promising stored guides that have not been starts yet."""
         reaches, merit, stretch = self._ranked
         chosen = retrieve.shortlist(reaches, merit, count, self.taken)
         if not len(chosen):
@@ -216,14 +217,14 @@ class Starts:
         if not len(best):
             return None
         copies = found[np.repeat(best, COPIES)]
-        scale = 10 ** self._random.uniform(*BY, len(copies))
+        scale = 10 ** self._random.uniform(*PERTURBATIONS, len(copies))
         pivots = copies.linkage.pivots.copy()
         pivots[..., :2] += scale[:, None, None, None] * self._random.normal(size=(len(copies), 2, 2, 2))
         linkage, valid = Linkage.valid(pivots)
         return measured(self.problem, take(copies.origin, valid), linkage, copies.point[valid], copies.pole[valid])
 
     def promising(self, starts: CandidateBatch, count: int) -> CandidateBatch:
-        """Return the best by cost and violation that are unlike each other."""
+        """Return the best starts by cost and violation that are unlike each other."""
         merit = self._merits(starts)
         self.report.measured += len(starts)
         pivots, mirror = starts.linkage.pivots, self.problem.curvature == 0

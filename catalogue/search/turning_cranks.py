@@ -1,10 +1,8 @@
 """Starts for arcs near a half circle and beyond: coupler points at nearly constant distance.
 
-They keep their distance from a place while a crank turns.
-
-The point is the moving pivot of the crank, moved in its coupler: its place there and the centre of
-its arc are four coordinates, and the distance from the centre less the radius is least in the mean
-square over the turn.
+While a crank turns, such a point keeps its distance from a fixed place. The point is near the
+moving pivot of the crank: its place in the coupler and the centre of its arc are four coordinates.
+They minimise the mean square, over the turn, of the distance from the centre less the radius.
 """
 
 from __future__ import annotations
@@ -21,39 +19,39 @@ from ..kinematics.types import Array, Complexes, Floats
 from ..problem.problem import Problem
 from .draws import allowed, fixed_pivots
 
-#: Families that are drawn, with whether they have pins only.
+#: Families that are drawn, with whether all their joints are pins.
 TURNING = {"four-bar": True, "slider-crank": False, "inverted-slider-crank": False}
 
 
 class Draws(NamedTuple):
-    """How linkages are drawn, and their points fitted to an arc."""
+    """Options of random linkages, and of the fit of their points to an arc."""
 
-    positions: int = 33  #: positions of a crank: over a full turn of eight waves none is missed
-    #: Median length of a crank [radii]: sound guides have it a little shorter than the radius.
+    positions: int = 33  #: number of positions of a crank: over a full turn none of eight waves is missed
+    #: Median length of a crank [radii]: in sound guides it is a little shorter than the radius.
     crank: float = 0.8
     crank_spread: float = 0.3  #: standard deviation of the logarithm of its length
     #: Median length of the coupler [radii]: a longer one turns less, and transmits better.
     coupler: float = 2.5
     coupler_spread: float = 0.5  #: standard deviation of the logarithm of its length
-    #: Standard deviation of the coordinates of a start's point, from the moving pivot of the crank
-    #: [radii]; half the starts begin at the pivot.
+    #: Standard deviation of the coordinates of a start's point, relative to the moving pivot of the
+    #: crank [radii]; half the starts begin at the pivot.
     away: float = 0.6
-    steps: int = 10  #: Gauss-Newton steps, after which most starts change no more
+    steps: int = 10  #: number of Gauss-Newton steps, after which most starts have converged
     longest_step: float = 0.5  #: longest step of a coordinate [radii]
     damping: float = 1e-6  #: damping of the normal equations, over their trace
-    each: int = 4  #: linkages drawn per measured start; those of least scatter are measured
+    each: int = 4  #: number of linkages drawn per measured start; those of least scatter are measured
 
 
 DRAWS = Draws()
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return starts of a family, measured; None if none circles.
+    """Return measured starts of a family; None if no point stays near the circle.
 
     Parameters
     ----------
     count : int
-        How many are measured at most.
+        Largest number of measured starts.
     """
     path = problem.path
     assert path.radius is not None
@@ -93,9 +91,9 @@ def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -
     ----------
     shift, turn : complex ndarray, shape (m, n)
     radius : float
-        Of the circles.
+        Radius of the circles.
     arm : complex ndarray, shape (n,)
-        Where the points are sought.
+        First guesses of the points.
 
     Returns
     -------
