@@ -100,7 +100,7 @@ class Chain:
                 raise InvalidLinkage(text)
 
     def faults(self) -> Iterator[tuple[Mask, str]]:
-        """Yield where chains are invalid, shape (n,), and why."""
+        """Yield masks (n,) of the invalid chains, each with the reason."""
         with np.errstate(all="ignore"):
             finite = np.isfinite(self.z).all(0) & np.isfinite(self.u).all(0)
             yield np.asarray(~finite), "a joint or a slide has a coordinate that is not finite, or no direction"
@@ -131,7 +131,7 @@ class Chain:
 
     @classmethod
     def valid(cls, structure: Structure, z: Complexes, u: Complexes) -> tuple[Chain, Mask]:
-        """Select the valid chains among some, and return the mask of them, shape (n,)."""
+        """Select the valid chains, and return their mask, shape (n,)."""
         every = object.__new__(cls)
         for name, value in (("structure", structure), ("z", z), ("u", u)):
             object.__setattr__(every, name, value)
@@ -155,8 +155,8 @@ class Chain:
     def rods(self, group: Dyad) -> tuple[Complexes, Complexes]:
         """Return the vectors between which a dyad closes, in the reference pose, shape (n,) each.
 
-        Rods, of RRR round the triangle; normals of slides of RRP and RPR; directions of slides of
-        PRP and RPP.
+        RRR: both rods, in the order of its pins; RRP and RPR: a rod and the normal of the slide;
+        PRP and RPP: the directions of both slides.
         """
         z, (a, b) = self.z, group.outer
         if group.kind == RRR:

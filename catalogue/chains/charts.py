@@ -28,14 +28,14 @@ class ChartOptions:
     Attributes
     ----------
     nodes, degree : int
-        Places at which squared sines are taken, and the degree of the polynomial.
+        Number of places at which squared sines are sampled, and degree of the polynomial.
     widest : float
-        Largest reach in the root of an angle [rad^(1/2)], and of an angle [rad]; of a slider that
-        drives, over the root of the size, and the size.
+        Largest reach, from a dead point as the root of an angle [rad^(1/2)], from a change point as
+        an angle [rad]; for a driving slider over the root of the size, and over the size.
     share : float
-        Reach over the distance of the next point, most.
+        Largest reach over the distance of the next point.
     halvings : int
-        Times that the reach is halved until the polynomial fits.
+        Largest number of halvings of the reach until the polynomial fits.
     error : float
         Largest error of a fitted squared sine: some tens of roundings.
     """
@@ -87,13 +87,13 @@ class Charts:
 
 
 def fit_charts(chain: Chain, start: Floats, end: Floats, sign: Floats, is_dead: Mask, is_change: Mask) -> Charts:
-    """Fit charts at the ends of pieces (p, n), the next piece of each being known.
+    """Fit charts at the ends of consecutive pieces (p, n).
 
     Parameters
     ----------
     chain : Chain
     start, end : ndarray, shape (p, n)
-        Drive at both ends of each piece; those of the next piece follow, cyclically.
+        Drive at both ends of each piece; the pieces follow one another cyclically.
     sign : ndarray, shape (p, d, n)
         Branches.
     is_dead, is_change : ndarray of bool, shape (p, n)
@@ -128,7 +128,7 @@ def fit_charts(chain: Chain, start: Floats, end: Floats, sign: Floats, is_dead: 
             fit = np.einsum("cj,djk->dck", solve, squares / x**2)
             off = np.abs(np.einsum("jc,dck->djk", vander, fit) * x**2 - squares).max(1)
             good = (off <= CHART.error) | ~zero[open_].T
-            # what is fitted must stay positive
+            # the fitted polynomial must stay positive
             good &= (np.einsum("jc,dck->djk", vander, fit).min(1) > 0) | ~zero[open_].T
         fits = good.all(0)
         some = open_[fits]

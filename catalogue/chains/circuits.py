@@ -2,9 +2,9 @@
 
 From an end of its drive a chain runs to the next one in a *leg*.  There a dyad is stretched out or
 folded; its branch changes, and the drive runs back.  The angle of the drive is  (low + high)/2 -
-(high - low)/2 cos(phase)  on a leg, in which poses are smooth at both ends.  A leg whose dyads only
-touch such a position, at a change point, goes on there with another branch: so does the smooth
-motion.  Where slides become parallel the chain runs to infinity, and the circuit is open.
+(high - low)/2 cos(phase)  on a leg, in which poses are smooth at both ends.  If the dyads only
+touch such a position, at a change point, the leg continues there on another branch, as the smooth
+motion does.  Where slides become parallel the chain runs to infinity, and the circuit is open.
 
 The ends are zeros of the squared sines of `poses`, found by bisection; minima below `CHANGE` are
 change points.  Near them `charts` keep the digits that a small difference of lengths loses.
@@ -36,28 +36,29 @@ class FollowOptions:
     Attributes
     ----------
     steps, pushed_steps : int
-        Positions of the drive between which an end is looked for: per turn; over the whole way of a
-        sliding drive, which ends within a small part of it.
+        Number of sampled positions of the drive between which ends are sought: per turn; over the
+        range `farthest` of a sliding drive, which usually ends in a small part of it.
     max_turn : float
-        Largest change of the direction of a bar between two; else they are four times as many.
+        Largest change of a bar's direction between two positions; where it is exceeded, their
+        number is quadrupled [rad].
     refinements : int
-        Rounds of that.
+        Largest number of quadruplings.
     farthest : float
-        Way of a sliding drive within which an end is looked for [size of the chain].
+        Range of a sliding drive within which ends are sought [size of the chain].
     shallow : float
-        Squared sine of a minimum between positions above which it cannot be a zero: between two
+        Sampled minimum of a squared sine above which it has no zero nearby: between two positions
         bars turn by less than `max_turn`.
     minimum_rounds, minimum_samples, bisections : int
-        Rounds of the search for a minimum, each to an eighth, and its samples; rounds of bisection,
-        beyond the bits of a double.
+        Rounds of the search for a minimum, each of which narrows the bracket to an eighth, and
+        samples per round; rounds of bisection, more than a double has bits.
     together : float
         Distance of two minima below which they are one change point [steps].
     dead : float
-        Squared sine at an end below which a dyad is at its dead point beside that which ends it.
+        Squared sine at the end of a piece below which a further dyad is at its dead point too.
     max_pieces : int
         Most pieces of a circuit, from one dead or change point to the next.
     max_turns : int
-        Turns of the drive after which a chain with change points is back, at most.
+        Largest number of turns of the drive after which a chain with change points is back.
     """
 
     steps: int = 192
@@ -79,7 +80,7 @@ FOLLOW = FollowOptions()
 
 
 class Event(IntEnum):
-    """What ends a piece; `NONE` stands for no piece."""
+    """Event at the end of a piece; `NONE` stands for no piece."""
 
     BACK = 0
     DEAD_POINT = 1
@@ -94,7 +95,7 @@ PER_CHAIN = ("of", "kind", "period", "phase", "width", "low", "high", "bounds", 
 
 @dataclass(frozen=True)
 class ChainCircuits:
-    """Circuits of n chains, in which they are given; arrays of shape (n,) unless said.
+    """Circuits of n chains through their given poses; arrays of shape (n,) unless said.
 
     Attributes
     ----------
@@ -106,9 +107,9 @@ class ChainCircuits:
     kind : ndarray of int
         `TURN`, `SWING` or `OPEN`; see `kinematics.circuits`.
     period, phase : ndarray
-        Of the whole circuit; of the given pose [rad].
+        Period of the whole circuit; phase of the given pose [rad].
     width : ndarray
-        Of a leg [rad].
+        Width of a leg in phase [rad].
     low, high : ndarray, shape (l, n)
         Drive at the start and the end of each leg [rad or length].
     bounds : ndarray, shape (p, n)
@@ -116,7 +117,7 @@ class ChainCircuits:
     branch : ndarray, shape (p, d, n)
         Signs of the dyads on each piece.
     charts : Charts
-        At the ends of the pieces.
+        Charts at the ends of the pieces.
     """
 
     chain: Chain
@@ -141,7 +142,7 @@ class ChainCircuits:
 
     @property
     def is_immobile(self) -> Mask:
-        """Whether a chain cannot move, (n,): never, as none is given at a dead point."""
+        """Whether a chain cannot move, (n,): always False, as no chain is given at a dead point."""
         return np.zeros(len(self), bool)
 
     @property
@@ -179,7 +180,7 @@ class ChainCircuits:
         if not self.charts.reach.any():
             return None
         column, found = np.broadcast_to(np.arange(len(self)), drive.shape), None
-        # at the end of a piece x is negative, at the begin of the next one positive
+        # x is negative at the end of a piece, positive at the start of the next one
         before = np.where(piece > 0, piece - 1, count - 1)
         for end, side, way in ((piece, -1.0, left), (before, 1.0, begun)):
             reach = self.charts.reach[end, column]
@@ -273,11 +274,11 @@ class _Pieces:
         return self.start, self.end, self.event, self.sign
 
     def circuits(self, chain: Chain, bar: int, walk: _Walk) -> ChainCircuits:
-        """Lay the pieces along a phase."""
+        """Join the pieces to circuits, parametrised by a phase."""
         n, column, turns = len(chain), np.arange(len(chain)), walk.turning
         count = (self.event != Event.NONE).sum(0)
         number = np.arange(len(self.start))[:, None]
-        # a swing is walked from the middle of a leg on: the pieces of its last leg come first
+        # a swing is followed from the middle of a leg: the pieces of its last leg come first
         swings = ~turns & ~walk.open
         dead = (self.event == Event.DEAD_POINT) & (number < count)
         turned = np.where(swings, count - 1 - np.where(dead, number, -1).max(0) - 1, 0)
@@ -362,7 +363,8 @@ class _Walk:
     def _stopped(self, some: Indices, end: Floats, event: Array) -> tuple[Floats, Array]:
         """Return where chains stop and why.
 
-        They stop before the event if they pass their start as they left it.
+        They stop before the event if they pass their start in the direction and on the branches in
+        which they left it.
         """
         way, home, sign = (values[..., some] for values in self.first)
         at, reach = self.at[some], self.reach[some]
@@ -417,7 +419,8 @@ def _next_event(
         exact = _double_zero(lambda x: squares(which, x)[dyad, :, own].T, place)
         crossed = least < -CHANGE
         touched = ~crossed & (least <= CHANGE)
-        # dyads that hang on one at its change point have theirs there: the first one says where
+        # dyads driven through another one at its change point have theirs at the same drive: the
+        # first one determines it
         for k in np.flatnonzero(touched)[np.lexsort((dyad[touched], which[touched]))]:
             if place[k] < touch[which[k]] - FOLLOW.together:
                 touch[which[k]] = exact[k]
@@ -476,7 +479,7 @@ def _double_zero(function: Any, near: Floats) -> Floats:
 
 
 def _bisected(holds: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Bisect between places (k,) where a condition is met and others."""
+    """Bisect between places (k,) inside and outside the range of a condition."""
     for _ in range(FOLLOW.bisections):
         middle = 0.5 * (low + high)
         good = holds(middle)

@@ -36,9 +36,9 @@ from .chain import LIMITS, Chain
 from .lengths import spans
 from .structure import Structure
 
-#: Words of a position that are no names of joints.
+#: Keys of a position that are not names of joints.
 _HOW = ("angle", "side", "from", "to", "along", "across")
-#: Notes of an export.
+#: Keys that `export` adds and that are not read.
 NOTES = ("limits", "measured", "provenance")
 _SIDES = {"left": 1, "right": -1}
 
@@ -233,7 +233,7 @@ def _apex(name: str, one: complex, first: float, other: complex, second: float, 
     """Return the apex of a triangle on a side of the way between two places."""
     way = other - one
     apart = abs(way)
-    size = max(first, second, apart)  # in units of which no power of a length overflows
+    size = max(first, second, apart)  # unit of length in which no power overflows
     a, b, c = first / size, second / size, apart / size
     if c < EXTENT.coincident:
         raise InvalidLinkage(f"{name} stands on two joints that coincide")

@@ -49,8 +49,8 @@ class Poses:
     drive : ndarray, shape (m, n)
         Angle of the drive from its reference pose [rad]; of a slider its way [length].
     at, turn : complex ndarray, shape (b, m, n)
-        Where the origin of each bar is [length], and its rotation as a unit vector.  NaN where the
-        chain does not close.
+        Position of the origin of each bar [length], and rotation of the bar as a unit vector.  NaN
+        where the chain does not close.
     origin : complex ndarray, shape (b, n)
         A joint of each bar in the reference pose [length].
     sines : ndarray, shape (d, m, n)
@@ -151,7 +151,7 @@ class _Closing:
         self.known: Floats | None = None
         bar, link = structure.driver
         if link.is_slide:
-            # what the bar carries is any joint of it
+            # any joint of the driving slider serves as its origin
             self.origin[bar] = chain.z[self._any_joint(bar)]
             self.at[bar] = self.origin[bar] + chain.u[link.joint] * drive
         else:
@@ -168,7 +168,7 @@ class _Closing:
         self.origin[bar], self.at[bar], self.turn[bar] = origin, at, turn
 
     def _pin(self, link: Link) -> tuple[Complexes, Complexes]:
-        """Return an outer pin in the reference pose and where it is."""
+        """Return an outer pin in the reference pose, and its present position."""
         z = self.chain.z[link.joint]
         return z, self._carried(link.to, z)
 

@@ -52,8 +52,8 @@ class Rates:
     ----------
     poses : Poses
     velocity, acceleration : complex ndarray, shape (b, m, n)
-        Of the origin of each bar [length/rad], [length/rad^2]; for a slider that drives [1],
-        [1/length].
+        Velocity and acceleration of the origin of each bar [length/rad], [length/rad^2]; with a
+        driving slider [1], [1/length].
     omega, alpha : ndarray, shape (b, m, n)
         Angular velocity of each bar over that of the drive, and its derivative.
     """
@@ -87,9 +87,10 @@ class Slopes:
     ----------
     poses : Poses
     move : complex ndarray, shape (b, k, m, n)
-        Of the positions of the bars' origins, points fixed in the reference plane.
+        Derivatives of the positions of the bars' origins, which are points fixed in the reference
+        plane.
     spin : ndarray, shape (b, k, m, n)
-        Of the angles of the bars [rad].
+        Derivatives of the angles of the bars [rad].
     """
 
     poses: Poses
@@ -138,7 +139,7 @@ def slopes(poses: Poses) -> Slopes:
 class _Tangent:
     """Solves the tangent of the closing conditions, group by group.
 
-    Its methods say what velocities, accelerations and derivatives add to it.
+    Subclasses override the terms that velocities, accelerations and derivatives add.
     """
 
     def __init__(self, poses: Poses, *many: int) -> None:
@@ -149,7 +150,7 @@ class _Tangent:
         #: Speeds of each group: x of its first bar, y of its second.
         self.speeds: list[tuple[Array, Array]] = []
 
-    # what differs between velocities, accelerations and derivatives
+    # terms that differ between velocities, accelerations and derivatives
 
     def drive(self) -> tuple[float, float]:
         """Return rotation and sliding of the drive."""
@@ -160,22 +161,22 @@ class _Tangent:
         return np.asarray(self.move[bar] + 1j * self.spin[bar] * (place - self.poses.at[bar]))
 
     def shifted(self, joint: int, one: int, other: int) -> Array | float:  # noqa: ARG002  # other orders use it
-        """Return how a shift of the joint in bar `one` exceeds its shift in bar `other`."""
+        """Return the shift of a joint in bar `one` minus its shift in bar `other`."""
         return 0.0
 
     def swung(self, slide: int, rail: int, slider: int, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
-        """Return the velocity of a slider over its rail apart from its sliding along it."""
+        """Return the velocity of a slider relative to its rail, without the sliding along it."""
         return 0.0
 
     def turned(self, place: Array, pin: Array, speed: Array | float) -> Array | float:  # noqa: ARG002  # other orders use it
-        """Compute the acceleration of a place by the square of a rotation about a pin."""
+        """Compute the centripetal acceleration of a place by a rotation about a pin."""
         return 0.0
 
     def known(self, group: int) -> tuple[Array | float, Array | float]:  # noqa: ARG002  # other orders use it
-        """Return the speeds of a group whose squares count."""
+        """Return the known speeds of a group, whose squares enter its accelerations."""
         return 0.0, 0.0
 
-    # the groups
+    # closing conditions of the groups
 
     def run(self) -> None:
         with np.errstate(all="ignore"):
@@ -286,7 +287,7 @@ class _Tangent:
         self._slid(q, rail, kx, x, along)
 
     def _squared(self, bar: int) -> Array | float:  # noqa: ARG002  # other orders use it
-        """Return the rotation of a bar if its square counts."""
+        """Return the angular velocity of a bar, whose square enters its accelerations."""
         return 0.0
 
     def _direction(self, slide: int, bar: int) -> Complexes:
@@ -299,7 +300,7 @@ class _Velocities(_Tangent):
 
 
 class _Accelerations(_Tangent):
-    """Second derivatives: what squares of first ones add is on the right side."""
+    """Second derivatives; the squares of the first ones enter the right side."""
 
     def __init__(self, poses: Poses, first: _Velocities) -> None:
         super().__init__(poses)

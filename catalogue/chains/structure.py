@@ -34,7 +34,7 @@ from typing import Any
 from ..errors import InvalidLinkage, quoted
 from ..foreign_code import NAME
 
-#: Name of the bar that stands still.
+#: Name of the fixed bar.
 FRAME = "frame"
 RRR = "RRR"
 RRP = "RRP"

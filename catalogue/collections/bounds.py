@@ -18,7 +18,7 @@ _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
 @dataclass(frozen=True)
 class Bound:
-    """A metric between two numbers; `scale` is the unit in which it is stored, in the user's."""
+    """A metric between two numbers; `scale` is its stored unit in that of the user."""
 
     name: str
     low: float
@@ -40,7 +40,7 @@ def bounds(collection: Collection, stroke: float, where: Mapping[str, Any]) -> l
     Raises
     ------
     InvalidRequest
-        If a metric is unknown, or a pair is not one or excludes all values.
+        If a metric is unknown, or a bound is not a pair or excludes all values.
     """
     if not isinstance(where, Mapping):
         raise InvalidRequest(f"bounds must be a mapping of metrics to (least, most), not {quoted(where)}")

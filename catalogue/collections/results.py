@@ -22,23 +22,23 @@ class CollectionCandidate:
     Attributes
     ----------
     id : int
-        Of the stored specimen; 0 of one made for the request.
+        Number of the stored specimen; 0 of one made for the request.
     family, series, configuration : str
     special : tuple of str
         Well-known cases that it is one of.
     stroke, deviation : float
         Deviation from the line or circle on the finite motion over the stroke [length].
     radius : float or None
-        Of the circle; None for a straight line.
+        Radius of the circle; None for a straight line.
     metrics : dict
-        What the collection measures; lengths in the user's unit.
+        Metrics of the collection; lengths in the user's unit.
     parameters : mapping
-        All of the mechanism, as laid.
+        All parameters of the mechanism, placed along +x from the origin.
     unit : str or None
-        Of all lengths: mm, cm, m, in or ft; None if it is not known.
+        Unit of all lengths: mm, cm, m, in or ft; None if it is not known.
     start, along : (float, float), float
-        Where the path of a planar mechanism starts [length], and its direction [deg]; the
-        parameters are laid along +x from the origin.
+        Start [length] and direction [deg] of the path of a planar mechanism; its parameters
+        describe it with the path along +x from the origin.
     reverse, over : bool
         Whether a planar mechanism is mirrored at mid-path; in the line of the path.
     """
@@ -62,21 +62,21 @@ class CollectionCandidate:
 
     @property
     def is_placed(self) -> bool:
-        """Whether its path is elsewhere than along +x from the origin."""
+        """Whether its path does not run along +x from the origin."""
         return any(self.start) or bool(self.along)
 
     @property
     def is_mirrored(self) -> bool:
-        """Whether it turns against the mechanism of its parameters."""
+        """Whether it is a mirror image of the mechanism of its parameters."""
         return self.reverse != self.over
 
     def turned(self, u: Complexes) -> Complexes:
-        """Turn directions of the parameters to those of the requested path."""
+        """Rotate directions from the frame of the parameters to that of the requested path."""
         seen = np.conj(u) if self.is_mirrored else u
         return np.asarray((-seen if self.reverse else seen) * np.exp(1j * np.radians(self.along)))
 
     def placed(self, z: Complexes) -> Complexes:
-        """Move places of the parameters to the requested path [length]."""
+        """Move places from the frame of the parameters to that of the requested path [length]."""
         start = complex(*self.start) + self.turned(np.array(-self.stroke if self.reverse else 0.0))
         return np.asarray(start + self.turned(z))
 
@@ -96,7 +96,7 @@ class CollectionCandidate:
             with foreign(f"collection {self.collection.name}"):
                 return self.collection.plot(lent, Path(file) if file is not None else None)
         except PluginError as error:
-            if isinstance(cause := error.__cause__, CatalogueError):  # a suffix that is none, a package that is missing
+            if isinstance(cause := error.__cause__, CatalogueError):  # an invalid suffix, or a missing package
                 raise cause from None
             name, origin = self.collection.name, self.collection.origin
             raise PluginError(f"collection {name} cannot be drawn: {error} ({origin})") from error

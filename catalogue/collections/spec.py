@@ -6,7 +6,7 @@ How to write a plugin that adds a collection:
    for each thing they guide.  Parameters are plain numbers, texts, lists and dicts, in units of
    their own.
 2. Write `measure(parameters, request)`: place each mechanism along the requested path, follow its
-   finite motion, and return what was `Measured` there.
+   finite motion, and return `Measured` results.
 3. Write `classify(parameters)` and `plot(candidate, file)`; if you can, `refine(parameters,
    request)`, and `starts(pivots, point, request)` of mechanisms made of four-bars.
 4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body
@@ -36,23 +36,23 @@ if TYPE_CHECKING:
     from ..problem.path import PathRequest
     from .results import CollectionCandidate
 
-#: JSON objects that say all of a mechanism.
+#: JSON objects that describe a mechanism completely.
 Parameters = Mapping[str, Any]
 
 #: Unit of a metric that is a length: stored in strokes, answered in the user's unit.
 LENGTH = "length"
-#: Columns of every answer, which no metric may be called.
+#: Columns of every answer: no metric may have these names.
 COLUMNS = (
     *("id", "collection", "family", "series", "configuration", "special"),
     *("stroke", "deviation", "radius", "unit", "parameters"),
 )
-#: Kinds of nominal that can be asked for: a request says its own.
+#: Kinds of nominal that a request can ask for.
 KINDS = ("line", "circle")
 
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that is stored of each specimen and may be bounded and ranked by.
+    """A number stored for each specimen, which may be bounded and ranked by.
 
     Parameters
     ----------
@@ -73,16 +73,16 @@ class Metric:
 
 @dataclass(frozen=True)
 class Specimen:
-    """A mechanism with something that it guides, as it is stored.
+    """A mechanism with a guided element, as it is stored.
 
     Parameters
     ----------
     family, series, configuration : str
-        Of those that the collection declares; the configuration is free.
+        Family and series are declared by the collection; the configuration is free.
     kind : str
         ``line`` or ``circle``.
     deviation : float
-        Of the guided path from it, over the stroke.
+        Deviation of the guided path from the nominal, over the stroke.
     parameters : mapping
     metrics : mapping
         All that the collection declares; lengths over the stroke.
@@ -120,7 +120,7 @@ class Specimen:
 
 @dataclass(frozen=True)
 class Places:
-    """Places of a planar mechanism over its stroke, as laid [length].
+    """Places of a planar mechanism over its stroke, along +x from the origin [length].
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class Measured:
     reason : str
         Reason why the mechanism cannot be placed, if the deviation is NaN.
     places : Places, optional
-        Of a planar mechanism, for regions of its joints and bars.
+        Joints and bars of a planar mechanism, to be tested against regions.
     """
 
     deviation: float
@@ -173,7 +173,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Tags:
-    """Where a mechanism belongs; `special` names the well-known cases that it is one of."""
+    """Series, family and configuration of a mechanism; `special` names its well-known cases."""
 
     family: str
     series: str
@@ -199,13 +199,14 @@ class Collection:
     name : str
         Lower-case words with hyphens.
     title, source : str
-        What it is, and where it is from.
+        Title of the collection, and source of its mechanisms.
     plan : str
-        Name of the way of drawing; specimens drawn in another way are replaced.
+        Name of the sampling method; specimens sampled by another method are replaced.
     families : mapping of str to sequence of str
         The series of each family.
     metrics : mapping of str to Metric
-        A metric ``sweep`` is the stroke over the radius; it narrows requests for a given radius.
+        The metrics by name. One named ``sweep`` is the stroke over the radius: it narrows the
+        retrieval for a given radius.
     draw, measure, classify, plot
         See the head of the module.
     origin : str
@@ -214,16 +215,16 @@ class Collection:
         Names that `classify` gives to well-known cases, each with the configurations that they may
         have, ``*`` for any text: others are left out before any is classified.
     refine : callable, optional
-        From parameters as placed, and a request, to those of mechanisms near them with smaller
-        deviations, in the same order.  They are measured and checked anew.
+        Takes parameters of placed mechanisms and a request; returns parameters of mechanisms near
+        them with smaller deviations, in the same order. They are then measured and checked.
     starts : callable, optional
-        From four-bars that answer a request, and the request, to parameters of mechanisms made of
-        them: pivots (n, 2, 2, 3), for each crank the fixed and the moving one at mid-stroke, and
-        guided points (n,), complex.
+        Takes four-bars that answer a request, and the request; returns parameters of mechanisms
+        made of them. The four-bars are pivots (n, 2, 2, 3), for each crank the fixed and the moving
+        one at mid-stroke, and guided points (n,), complex.
     mechanism : callable, optional
-        Of planar mechanisms of many bars: from an answer to data of `catalogue.mechanism`, where
-        its path was asked for, and the phases at which its path starts and ends [rad].  Answers are
-        then measured, traced, exported as a mechanism of one's own is.
+        For planar mechanisms of many bars: takes an answer; returns data of `catalogue.mechanism`,
+        placed along the requested path, and the phases at which the path starts and ends [rad].
+        Answers are then measured, traced and exported like a user's own mechanism.
     pinned : sequence of str, optional
         Families whose joints are all pins; None if that is not known.
 

@@ -28,19 +28,21 @@ DEAD_POINT = 2  #: both rays coincide, two branches meet
 class Degeneration(NamedTuple):
     """Limits of parallel rays and of dead points."""
 
-    #: Sine of the angle between the rays below which they count as parallel: neglecting the angle
-    #: costs as much as a pole 1e8 times as far as the pivots.
+    #: Sine of the angle between the rays below which they count as parallel: neglecting that angle
+    #: costs as many digits as a pole 1e8 times as far away as the pivots.
     parallel_sine: float = 1e-8
-    #: Sine below which the principal pairs are exact; from it on, up to `near_sine`, they are
-    #: improved on the motion itself.
+    #: Sine up to which the principal pairs are exact; from there to `near_sine` they are improved
+    #: on the motion itself.
     exact_sine: float = 1e-15
     #: Sine and distance from a common line below which a linkage is at a dead point.
     dead_sine: float = 1e-7
-    #: Sine and distance below which it is at one if rounding leaves too little of kappa.
+    #: Sine and distance from a common line below which a linkage is at a dead point if rounding
+    #: leaves too few digits of kappa.
     near_sine: float = 1e-2
-    #: Relative error of kappa above which rounding leaves too little of it: three digits.
+    #: Relative error of kappa above which rounding leaves too few of its digits: three.
     noise: float = 1e-3
-    #: Size below which the distance from the line is rounding [distance from the origin].
+    #: Least size by which the distance from the line is divided [distance from the origin]: below
+    #: it that distance is rounding.
     rounding: float = 1e-9
 
 
@@ -158,7 +160,7 @@ def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
     -------
     Curvature
         Accuracy: see `finite_pole`.  Near a dead point, kappa loses three decimal digits per decade
-        of the angle between the rays, because the pivots do not determine them; without any left it
+        of the angle between the rays, because the pivots do not determine them; with none left it
         is NaN.
 
     Raises
@@ -194,14 +196,14 @@ def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
         out["principal_pairs"][far] = polish_pairs(linkage[far], out["principal_pairs"][far])
     found = Curvature(**out)
     if branch is not None:
-        from .dead_points import branched  # which is built on this module
+        from .dead_points import branched  # imported late: it is built on this module
 
         return branched(found, linkage, int(branch))
     return found
 
 
 def blank(*shape: int) -> dict[str, Array]:
-    """Return the fields of `Curvature`, NaN, for linkages in an array of that shape."""
+    """Return the fields of `Curvature`, filled with NaN, for an array of linkages of a shape."""
     of_one = {"pole": (2,), "axes": (2, 2), "undulation": (2,), "cuspidation": (2,), "principal_pairs": (2, 2, 3)}
     return {f.name: np.full((*shape, *of_one.get(f.name, ())), np.nan) for f in fields(Curvature)}
 

@@ -1,4 +1,4 @@
-"""Configurations: where the pivots of each dyad stand relative to the pole axes."""
+"""Configurations: positions of the pivots of each dyad relative to the pole axes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..kinematics.types import Texts
 from .analysis import DEGENERATE, PARALLEL, REGULAR, Curvature
 from .finite_pole import distances
 
-#: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
+#: Distance from the pole below which a pivot stands at the pole [sizes of the linkage].
 AT_POLE = 1e-9
 #: Letters in the order in which a configuration names its two dyads.
 LETTERS = "DVTCPXN"

@@ -25,7 +25,7 @@ from .finite_pole import POLE
 def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
     """Replace the instants of linkages at dead points by those of one branch.
 
-    The branch is 0 or 1, or the one with its pole nearest to given ones, complex (n,).
+    The branch is 0 or 1, or is selected by poles, complex (n,): the nearest one counts.
     """
     dead = np.flatnonzero(found.state == DEAD_POINT)
     if dead.size:
@@ -49,7 +49,8 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
     linkage : Linkage of n
         Linkages with all pivots on one line and the rays along it.
     beside : bool
-        Project the pivots of other linkages on their common line first, for the nearest dead point.
+        Whether linkages near a dead point are moved to it first, by projecting their pivots on a
+        common line.
 
     Returns
     -------
@@ -113,7 +114,7 @@ def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
 
 
 def _polynomial(fixed: Floats, moving: Floats, kind: Integers) -> Floats:
-    """Compute the polynomials of dyads along the line: coefficients of z^2, z, 1, shape (3, n)."""
+    """Compute the coefficients of z^2, z, 1 of dyads' polynomials along the line, (3, n)."""
     with np.errstate(all="ignore"):
         crank = np.stack([np.ones_like(fixed), -(fixed + moving), fixed * moving]) / (fixed - moving)
     zero, one = np.zeros_like(fixed), np.ones_like(fixed)
@@ -153,8 +154,8 @@ def _on_line(linkage: Linkage) -> Floats:
 def off_line(linkage: Linkage) -> Floats:
     """Measure how far linkages are from a dead point, shape (n,).
 
-    The larger one of the sine of the angle between the rays and the largest distance of a pivot
-    from the ray of dyad 1 [sizes of the linkage].
+    The measure is the larger of the sine of the angle between the rays and the largest distance of
+    a pivot from the ray of dyad 1 [sizes of the linkage].
     """
     z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
     first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])

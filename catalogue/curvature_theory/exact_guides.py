@@ -1,11 +1,11 @@
 """Test whether coupler points stay on their nominal over the finite motion.
 
-A Taylor series alone cannot decide it.  Its terms are compared at the parameter at which those of
-the path are alike.  If the pole is far, at 1e8 times the size of the linkage say, that parameter is
-so small that every term of the error is below rounding, though the point leaves its nominal as soon
-as the linkage turns visibly.  So a point counts as exact only if the finite motion, in the charts
-that carry it farthest, keeps it on its nominal.  The terms of other points are compared at a
-visible rotation.
+A Taylor series alone cannot decide it.  Its terms are compared at a value of the parameter at which
+the terms of the path are of equal size.  If the pole is far, at 1e8 times the size of the linkage
+say, that parameter is so small that every term of the error is below rounding, though the point
+leaves its nominal as soon as the linkage turns visibly.  So a point counts as exact only if the
+finite motion, in the charts that carry it farthest, keeps it on its nominal.  The terms of other
+points are compared at a visible rotation.
 """
 
 from __future__ import annotations
@@ -20,28 +20,27 @@ from ..kinematics.types import Complexes, Floats, Integers, Mask
 
 
 class FiniteTest(NamedTuple):
-    """How a point is followed to see whether it stays on its nominal."""
+    """Options of the finite motion that decides whether a point stays on its nominal."""
 
-    positions: int = 16  #: positions on the way in either direction
+    positions: int = 16  #: number of positions in either direction
     farthest: float = 1.0  #: tangent of half of the angle to which the motion is followed
-    part: float = 0.9  #: part of the way to a turning point, where positions lose digits
-    #: The farthest where the series has no term above rounding: a change point farther on may lead
-    #: into the other branch.
+    part: float = 0.9  #: part of the range up to a turning point, near which positions lose digits
+    #: Value of `farthest` where the series has no term above rounding: a change point farther on
+    #: may lead into the other branch.
     nearer: float = 0.1
-    conditioned: float = 1e-6  #: least conditioning of a chart: worse ones lose digits that decide
-    #: Part of the longest way of any chart that a chart must carry the point: shorter ones prove
-    #: too little.
+    conditioned: float = 1e-6  #: least conditioning of a chart: worse ones lose the digits that decide
+    #: Part of the longest range of any chart that a chart must cover: a shorter one proves too
+    #: little.
     far: float = 0.3
     rounding: float = 1e-11  #: distance from the nominal that rounding explains [path]
 
 
 FINITE = FiniteTest()
 
-#: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so
-#: far.
+#: Parameters at which the terms of a series are compared; the smaller ones where it does not
+#: converge up to the larger ones.
 VISIBLE = (0.3, *np.geomspace(0.1, 1e-7, 13))
-#: Number of the first term where none can be told from the others: that of any point beside its
-#: circle.
+#: Number of the first significant term if rounding hides it: that of any point off its circle.
 UNDECIDED = 3
 
 
@@ -64,7 +63,7 @@ def stays(
     unit : complex ndarray, shape (n,)
         Tangents of the nominals, which go through the points.
     curvature : ndarray, shape (n,)
-        Of the nominals, towards -i unit [1/length].
+        Curvatures of the nominals, towards -i unit [1/length].
     pole : complex ndarray, shape (n,), optional
         Chooses the branch of linkages at a change point.
     farthest : float
@@ -114,6 +113,6 @@ def first_term(gap: Floats, path: Complexes, most: int, tolerance: float) -> Int
         terms, whole = np.abs(gap) * weight, (np.abs(path) * weight).max(0)
         there = terms > np.maximum(tolerance * terms.max(0), 32 * np.finfo(float).eps * whole)
         found = np.where(there.any(0), there.argmax(0), 0)
-        reached = terms.argmax(0) <= most  # where the last terms are the largest, the series does not reach
+        reached = terms.argmax(0) <= most  # where the last terms are the largest, the series does not converge
         first = np.where((found > 0) & (found <= most) & reached, found, first)
     return np.where(there.any(0), first, 0)

@@ -44,11 +44,11 @@ CLAMP = 100 * np.finfo(float).eps
 
 
 class PoleRounding(NamedTuple):
-    """Limits below which numbers are zero."""
+    """Limits up to which numbers count as zero."""
 
     #: reciprocal of the distance beyond which a point is at infinity [1/rho0]
     infinite: float = 2e-15
-    cancelled: float = 0.03  #: part of its largest term below which kappa + V has cancelled
+    cancelled: float = 0.03  #: value over its largest term below which kappa + V has cancelled
     #: Largest value, in its natural unit, that counts as zero where it would be a divisor.
     vanishing: float = 1e-11
 
@@ -62,7 +62,7 @@ def pole_of(linkage: Linkage) -> Complexes:
     best = np.full(len(linkage), np.inf)
     b1, b2 = np.zeros_like(e[:, 0]), np.zeros_like(e[:, 0])
     for i in (0, 1):
-        for j in (0, 1):  # draw each ray from the pivot nearest to the other ray's: it keeps the most digits
+        for j in (0, 1):  # draw each ray from its pivot nearest to the other ray: that keeps the most digits
             apart = np.where(finite[:, 0, i] & finite[:, 1, j], np.abs(z[:, 0, i] - z[:, 1, j]), np.inf)
             b1, b2 = np.where(apart < best, z[:, 0, i], b1), np.where(apart < best, z[:, 1, j], b2)
             best = np.minimum(best, apart)
@@ -88,7 +88,7 @@ def distances(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats, Floats
 def _lever(linkage: Linkage, length: Floats) -> Floats:
     """Compute the amplification of rounding of the pivots in the pole, shape (n,) [length].
 
-    It is the distance of the pivots of the rays, times the error of the directions of short cranks.
+    It is the distance of the rays' pivots, times the error of the directions of short cranks.
     """
     z, finite = linkage.points, linkage.finite
     apart = np.where(finite[:, 0, :, None] & finite[:, 1, None], np.abs(z[:, 0, :, None] - z[:, 1, None]), np.inf)
@@ -135,7 +135,7 @@ def finite_pole(linkage: Linkage) -> dict[str, Floats]:
         pairs = principal_pairs(kappa, star, s, h, cos, sin, a, a_star)
         undulation = _singular_point(s, -kappa, 1.0)
         cuspidation = _singular_point(s, -star, -1.0)
-        # a pole whose inflection circle is a point leaves no unit of length: NaN
+        # where the inflection circle is a point no unit of length remains: NaN
         axes = np.stack([np.stack([x.real, x.imag], -1), np.stack([y.real, y.imag], -1)], axis=1)
         pole = np.stack([q.real, q.imag], -1)
         place = np.where(pairs[..., 2:] != 0, pole[:, None, None], 0.0)
@@ -184,8 +184,8 @@ def principal_pairs(
     second = a[:, 1] - h * cos[:, 0], a_star[:, 0] - h * cos[:, 1]
     huge = [np.maximum(np.abs(u), np.abs(v)) for u, v in (first, second)]
     c = np.where(huge[0] <= huge[1], first[0] * first[1], second[0] * second[1])
-    # the quartic less its two known roots; where it vanishes identically every point of the cubic
-    # is guided exactly
+    # divide the quartic by its two known roots; where it vanishes identically every point of the
+    # cubic is guided exactly
     rest = np.abs(h * h * cos[:, 0] * cos[:, 1]), np.abs(h * b), np.abs(c)
     unit = np.maximum(1.0, h * h)
     cyclic = np.maximum(np.maximum(rest[0], rest[1]), rest[2]) <= POLE.vanishing * unit
@@ -194,7 +194,9 @@ def principal_pairs(
     square = np.where((square < 0) & (square > -CLAMP * np.maximum(kappa**2, star**2)), 0.0, square)
     v1 = 0.5 * (b + np.copysign(np.sqrt(square), b))
     tiny = np.finfo(float).eps * 16 * np.maximum(np.abs(kappa), np.abs(star))
-    none = np.abs(v1) <= tiny  # both pairs on the pole normal with V = 0: their directions would be noise over noise
+    # both pairs on the pole normal with V = 0: their directions would be quotients of rounding
+    # errors
+    none = np.abs(v1) <= tiny
     v1, v2 = np.where(none, 0.0, v1), np.where(none, 0.0, product / v1)
     in_pole = none & (np.abs(s) > tiny)  # with kappa = 0 or kappa* = 0: both on the pole tangent, U = U* = 0
     u, u_star = (np.where(in_pole, 0.0, w * s / v1) for w in (kappa, star))
@@ -208,7 +210,7 @@ def principal_pairs(
 def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Floats, star: Floats, s: Floats) -> Floats:
     """Compute the pair (A, A*) on the ray (x, y).
 
-    1/r = (kappa + V)/Y, or (s + U)/X where that has cancelled.
+    1/r = (kappa + V)/Y, or (s + U)/X where kappa + V has cancelled.
     """
     norm = np.copysign(np.hypot(x, y), y)
     x, y = x / norm, y / norm

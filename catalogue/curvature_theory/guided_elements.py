@@ -88,7 +88,7 @@ def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElem
     here = instant.curvature.pole
     poles = [np.where(dead[:, None], both[:, i], here) for i in (0, 1)]
     first, second = (_of_branch(Instant(instant.linkage, p[:, 0] + 1j * p[:, 1]), radius) for p in poles)
-    only = dead[:, None]  # the others move in one way
+    only = dead[:, None]  # at other positions the motion has one branch
     return GuidedElements(
         first.labels + [f"{label}, branch 2" for label in second.labels],
         np.concatenate([first.pairs, np.where(only[..., None, None], second.pairs, np.nan)], axis=1),
@@ -135,7 +135,7 @@ def _straight(point: Floats, pole: Floats) -> Floats:
 def _same(one: Floats, two: Floats, near: Floats) -> Mask:
     """Tell where two pairs (..., 2, 3) coincide.
 
-    Finite points within `near` [length], points at infinity in direction.
+    Finite points coincide within `near` [length], points at infinity if their directions do.
     """
     z, w = ((p[..., 0] + 1j * p[..., 1]) for p in (one, two))
     infinite = [p[..., 2] == 0 for p in (one, two)]

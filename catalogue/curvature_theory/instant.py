@@ -23,7 +23,7 @@ class Instant:
     ----------
     linkage : Linkage of n
     pole : complex ndarray, shape (n,), optional
-        Chooses the branch of linkages at a dead point, which without it have no curvature.
+        Selects the branch of linkages at a dead point; without it their curvature is NaN.
     """
 
     linkage: Linkage

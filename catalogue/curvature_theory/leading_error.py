@@ -31,18 +31,17 @@ from .taylor import TERMS, Jet, jet, norm_squared
 
 #: Order of contact of a guide that is exact on the finite motion.
 EXACT = 99
-#: Coefficient, over the largest term of the path, below which it counts as zero: guided points have
-#: 16 digits, and 8 where two principal pairs coincide.
+#: Coefficient over the largest term of the path below which it counts as zero: guided points have
+#: 16 digits, only 8 where two principal pairs coincide.
 TOLERANCE = 1e-8
-#: Most positions that a point has in common with its nominal unless it is exact.
+#: Largest number of positions that a point has in common with its nominal unless it is exact.
 MOST = 6
-#: Level: minimax error of u^m over [-1, 1] when approximated by 1, u; by 1, u, u^2; by all lower
-#: powers.
+#: Minimax error of u^m over [-1, 1] when approximated by 1, u; by 1, u, u^2; by all lower powers.
 LINE = {3: 1 / 4, 4: 1 / 2, 5: 0.3264468005, 6: 1 / 2}
 CIRCLE = {3: 1 / 4, 4: 1 / 8, 5: 0.3264468005, 6: 0.1924500897}
 CHEBYSHEV = {3: 1 / 4, 4: 1 / 8, 5: 1 / 16, 6: 1 / 32}
-#: Level of a return guide over [0, 1] from line and circle: v = +-c u^(N/2) for odd N, a single
-#: curve for even N.
+#: Minimax error of a return guide over [0, 1] from line and circle: v = +-c u^(N/2) for odd N, a
+#: single curve for even N.
 RETURN_LINE = {3: 1.0, 4: 1 / 8, 5: 1.0, 6: 0.1924500897}
 RETURN_CIRCLE = {5: 1.0, 6: 1 / 32}
 
@@ -81,7 +80,7 @@ class LeadingError(Rows):
     def order(self) -> Integers:
         """Order of contact, shape (n,): `EXACT` if the point stays on its nominal.
 
-        0 where the motion has no series.
+        It is 0 where the motion has no series.
         """
         return np.asarray(np.maximum(self.positions - 1, 0))
 
@@ -103,9 +102,9 @@ class LeadingError(Rows):
         return self._scaled(stroke, LINE, CIRCLE)
 
     def _scaled(self, stroke: Floats | float, line: dict[int, float], circle: dict[int, float]) -> Floats:
-        """Compute the deviation over a stroke from the levels of u^m in tables.
+        """Compute the deviation over a stroke from tables of the minimax errors of u^m.
 
-        |c| (L/2)^m times the level; for cusped paths |c| L^(N/2) times it.
+        It is |c| (L/2)^m times that error; for cusped paths |c| L^(N/2) times it.
         """
         by = np.select(
             [self.cusp & self.circle, self.cusp, self.circle],
@@ -144,8 +143,8 @@ def leading_error(
     circle : bool or ndarray of bool, shape (n,)
         Whether the nominal is the osculating circle; else the tangent.
     order : int or ndarray of int, shape (n,), optional
-        Known order of contact: its coefficient is returned, lower ones are taken for rounding.
-        `EXACT` stays.
+        Known order of contact: its coefficient is returned, lower ones count as rounding. `EXACT`
+        is returned as such.
     pole : complex ndarray, shape (n,), optional
         Chooses the branch of linkages at a change point.
     tolerance : float
@@ -159,7 +158,7 @@ def leading_error(
         u, v = z.real, z.imag
         bent = np.where(cusp, v[4], v[2]) / np.where(cusp, u[2], u[1]) ** 2
         wanted = np.broadcast_to(circle, len(linkage))
-        # at a simple cusp v begins with t^3 and there is no circle
+        # at a simple cusp v begins with t^3: the path has no osculating circle
         wanted_curvature = np.where(wanted, 2 * bent, 0.0)
         gap = v - 0.5 * wanted_curvature * norm_squared(z)
         gap[0] = gap[1] = 0.0
@@ -171,7 +170,7 @@ def leading_error(
         positions = np.where(there.any(0), there.argmax(0), EXACT + 1)
         if order is not None:
             positions = np.broadcast_to(np.asarray(order) + 1, positions.shape)
-        else:  # more positions than an approximate point has: the finite motion decides
+        else:  # a contact higher than any approximate point has: the finite motion decides
             many = np.flatnonzero((positions > MOST) & np.isfinite(gap).all(0) & np.isfinite(unit + wanted_curvature))
             at = None if pole is None else np.asarray(pole)[many]
             which = linkage[many], point[many], unit[many], wanted_curvature[many], at
@@ -183,7 +182,7 @@ def leading_error(
         speed = np.where(cusp, np.sqrt(u[2]) * np.where(path.turn < 0, -1, 1), u[1])
         left = np.take_along_axis(gap, row[None], 0)[0] / speed
         coefficient = left / speed ** (row - 1.0)
-        # it over- or underflows at lengths far from 1: then it is unknown
+        # the coefficient over- or underflows at lengths far from 1: it is unknown then
         lost = np.isinf(coefficient) | (coefficient == 0) & (left != 0)
     undefined = ~np.isfinite(base) | ~exact & lost
     coefficient = np.where(undefined, np.nan, np.where(exact, 0.0, coefficient))
@@ -251,7 +250,7 @@ def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | No
 def _axes(linkage: Linkage, path: Jet) -> tuple[Mask, Complexes, Complexes, Floats]:
     """Compute cusps, the path u + iv, the direction of u, and a scale.
 
-    u + iv is the path in the axes at the point.  The scale is the parameter up to which no term
+    u + iv is the path in the axes at the point. The scale is the largest parameter at which no term
     exceeds the first.
     """
     z = path.z

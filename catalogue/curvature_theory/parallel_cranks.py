@@ -18,12 +18,12 @@ from .finite_pole import scaled
 
 
 class ParallelRounding(NamedTuple):
-    """Limits below which differences of parallel cranks are rounding."""
+    """Limits of rounding in differences of parallel cranks."""
 
     parallelogram: float = 1e-12  #: relative difference of lengths of a parallelogram's cranks
     height: float = 8 * np.finfo(float).eps  #: rounding of a height [largest coordinate]
-    discriminant: float = 1e-13  #: of a double root, over its terms
-    root: float = 1e-3  #: ratio of the roots below which the smaller one is taken as a limit
+    discriminant: float = 1e-13  #: discriminant of a double root, over its terms
+    root: float = 1e-3  #: ratio of the roots below which the smaller one is computed as a limit
 
 
 PARALLEL_ROUNDING = ParallelRounding()
@@ -32,8 +32,8 @@ PARALLEL_ROUNDING = ParallelRounding()
 def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
     """Compute the fields of `Curvature` for linkages with parallel rays.
 
-    NaN for parallelograms and two lines.  Polar formulas lose log10(1/angle) digits here, these
-    lose none.
+    Parallelograms and linkages without a crank give NaN. Polar formulas lose log10(1/angle) digits
+    here, these lose none.
     """
     turn = linkage.rays[:, :1, None].conj()
     z, kind = linkage.points * turn, linkage.dyads
@@ -48,7 +48,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
         centre = np.where(crank, centre, finite[:, 1])
         y = finite - centre[:, None]
         y = np.where(crank[:, None], y, y * [1.0, 0.0])
-        # the pivots that are finite in both dyads give the origin
+        # take the origin from the pivots that are finite in both dyads
         across = np.where((kind[:, 1] == 2)[:, None], x, x_star)
         origin = (across[:, 0] * y[:, 0] - across[:, 1] * y[:, 1]) / (y[:, 0] - y[:, 1])
         k, k_star = -(x[:, 0] - origin) * y[:, 0], -(x_star[:, 0] - origin) * y[:, 0]
@@ -63,7 +63,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
         alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLEL_ROUNDING.parallelogram * np.abs(xi).max(axis=1)
         bad = alike & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
         pairs = _pairs(y, k, k_star, first, least)
-        out = np.where(bad, 0.0, origin + 1j * centre)  # not to warn of what is discarded
+        out = np.where(bad, 0.0, origin + 1j * centre)  # avoid warnings on values that are discarded
     base = linkage.rays[:, 0]
     point = pairs[..., 0] + 1j * pairs[..., 1]
     point = np.where(pairs[..., 2] != 0, point + out[:, None, None], point) * base[:, None, None]
@@ -88,8 +88,8 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
 def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats) -> Floats:
     """Compute the pairs at the roots y of a quadratic, homogeneous, shape (n, 2, 2, 3).
 
-    y^2 + (y1 + y2) y + product = 0.  Values below `least` (n,) are rounding: a root 0 over a k of 0
-    must be neither.
+    The quadratic is y^2 + (y1 + y2) y + product = 0. Values below `least` (n,) are rounding: a pair
+    with y = 0 and k = 0 would otherwise be 0/0.
     """
     b = -(y[:, 0] + y[:, 1])
     b = np.where(np.abs(b) <= least, 0.0, b)
@@ -98,8 +98,8 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
     square = np.where((square < 0) & (square > -rounded), 0.0, square)
     large = 0.5 * (b + np.copysign(np.sqrt(square), b))
     small = np.where(large != 0, product / large, 0.0)
-    # first: (-k/y, y); second, whose y may vanish with k k*: multiplied by its y and divided by
-    # what that leaves
+    # first pair: (-k/y, y); second pair, whose y may vanish with k k*: scaled by y and divided by
+    # the factor they share
     tie = y[:, 0] * y[:, 1] * large  # = k k*/small
     one, two = [], []
     for mine, other in ((k, k_star), (k_star, k)):

@@ -7,7 +7,8 @@ them: the constraint of a dyad is bilinear in its homogeneous pivots,
 
     w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
 
-with z -> z + d + x (z - o) the motion; that of a principal pair vanishes with t, t^2, t^3 and t^4.
+with z -> z + d + x (z - o) the motion; for a principal pair its coefficients of t, t^2, t^3 and t^4
+vanish.
 """
 
 from __future__ import annotations
@@ -25,16 +26,16 @@ from .taylor import charts, norm_squared, path_series
 
 
 class Polish(NamedTuple):
-    """Newton's method for principal pairs."""
+    """Options of Newton's method for principal pairs."""
 
     #: Least conditioning of a chart: worse ones, near change points, have fewer digits than the
     #: pairs.
     conditioning: float = 0.05
     #: Condition number of the system above which two pairs nearly coincide.
     coincident: float = 1e8
-    #: Longest step of the unit vectors: a longer one does not start at an approximate pair.
+    #: Longest step of the unit vectors: a longer one means that the start was no approximate pair.
     step: float = 1e-2
-    steps: int = 2  #: most steps
+    steps: int = 2  #: largest number of steps
 
 
 POLISH = Polish()
@@ -43,7 +44,7 @@ POLISH = Polish()
 def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
     """Improve approximate principal pairs (n, 2, 2, 3) by the motion.
 
-    NaN, and pairs that nearly coincide, stay as they are.
+    NaN pairs, and pairs that nearly coincide, are returned unchanged.
     """
     out = pairs.copy()
     start = np.where(linkage.finite[:, 0, 1], linkage.points[:, 0, 1], linkage.points[:, 0, 0])
@@ -59,9 +60,9 @@ def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
 def _bilinear(moving: Motion) -> Floats:
     """Compute the constraint's coefficients of t^1 ... t^4, bilinear in A and A*.
 
-    They are in extended precision, where the platform has it, since they decide the digits.
-    Lengths are in sizes of the linkage, from the origin of the chart; each matrix is scaled to
-    about 1.
+    They are computed in extended precision, where the platform has it, since they determine the
+    accuracy. Lengths are in sizes of the linkage, from the origin of the chart; each matrix is
+    scaled to about 1.
 
     Returns
     -------

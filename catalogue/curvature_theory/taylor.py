@@ -1,9 +1,9 @@
 """Taylor series of the path of a coupler point about the reference position, for batches.
 
-A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart that
-is best conditioned.  The closed form of `motion` is evaluated on series instead of numbers, so that
-it holds wherever the motion does: for parallel cranks, pivots at infinity and, on a given branch,
-at change points.
+A series is an array (TERMS, n): the coefficient of t^k in row k, where t is the parameter of the
+best conditioned chart.  The closed form of `motion` is evaluated on series instead of numbers, so
+that it holds wherever the motion does: for parallel cranks, pivots at infinity and, on a given
+branch, at change points.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from ..kinematics.power_series import taylor_quotient as over
 from ..kinematics.power_series import taylor_root as root
 from ..kinematics.types import Complexes, Floats, Indices, Scalar
 
-#: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
+#: Number of coefficients: t^0 ... t^8. No guide that is not exact has a contact beyond t^6.
 TERMS = 9
 
 
 class ChartChoice(NamedTuple):
-    """In which chart a series is computed."""
+    """Limits of the choice of a chart for a series."""
 
     good: float = 0.5  #: conditioning of the coupler chart above which crank charts are not tried
     singular: float = 1e-12  #: least conditioning of a chart that has a series
-    block: int = 4096  #: linkages at once: their series stay in the cache
+    block: int = 4096  #: number of linkages at once: their series stay in the cache
 
 
 CHART_CHOICE = ChartChoice()

@@ -1,4 +1,4 @@
-"""Batches: index, join and replace records whose arrays all run over n things."""
+"""Batches: index, join and replace records of arrays with a common axis of n entries."""
 
 from __future__ import annotations
 

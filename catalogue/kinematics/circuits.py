@@ -5,10 +5,10 @@ A crank leads, or the coupler if there is no crank.  With p and q of `closure`:
 - Neither p nor q lies between -1 and 1: the crank turns fully, phi = s.  There are two circuits,
   one for each sign of the root.
 - Otherwise the crank swings between dead points, phi = m - a cos s.  The root changes its sign at
-  them like sin s, so that the circuit, to and fro, is smooth in s.  If both p and q lie between,
-  there are two such circuits.
+  them like sin s, so that the circuit, to and fro, is smooth in s.  If both p and q are in that
+  range, there are two such circuits.
 - At a change point (p = -1 or q = 1) a factor of the root is the sine or cosine of half the angle.
-  The motion goes straight through, which may take two turns.
+  The motion passes it smoothly, and may take two turns to close.
 
 A leading coupler turns fully, or (swinging block) half a turn from infinity to infinity.
 
@@ -29,7 +29,7 @@ from .motion import Pose
 from .plane_vectors import cross, dot
 from .types import Array, Floats, Indices, Integers, Mask
 
-#: Angle from infinity up to which a coupler that leads there is followed [rad].
+#: Angle from infinity up to which a leading coupler is followed [rad].
 NEAR_INFINITY = 0.03
 TURN, SWING, OPEN = range(3)
 COUPLER = 2
@@ -58,23 +58,23 @@ class Circuits(Columns):
     Attributes
     ----------
     linkage : Linkage
-        k, each in the position in which it was given.
+        Linkages (k,), each in its given position.
     of : ndarray of int
-        Which of the n linkages.
+        Number of the linkage, of n.
     lead : ndarray of int
         Number of the dyad whose crank leads, 0 or 1; 2: the coupler.
     kind : ndarray of int
         `TURN`: the lead turns fully; `SWING`: it swings between dead points; `OPEN`: it runs from
         infinity to infinity.
     centre, half : ndarray
-        Of the lead's angles: phi = centre + s; centre - half cos s; centre + half (s / pi - 1)
-        [rad].
+        Parameters of the lead's angle, by kind: phi = centre + s; centre - half cos s; centre +
+        half (s / pi - 1) [rad].
     sign : ndarray
-        Of the root.
+        Sign of the root.
     period : ndarray
         2 pi, or 4 pi [rad].
     phase : ndarray
-        s of the position in which the linkage was given; NaN if it is not on this circuit.
+        Phase s of the given position; NaN if it is not on this circuit.
     """
 
     linkage: Linkage
@@ -105,7 +105,7 @@ class Circuits(Columns):
     def angle(self, s: Floats) -> Floats:
         """Compute the angle of the lead at phases (m, k) [rad].
 
-        It is measured from the axis of the lead; of a coupler, from its given position.
+        It is measured from the axis of the lead; for a coupler from its given position.
         """
         swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)
         return np.asarray(np.where(self.kind == TURN, s, np.where(self.kind == SWING, swing, run)))
@@ -173,7 +173,7 @@ def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
     of = every[rows]
     phi, side = of.angle, np.where(of.side < 0, -1.0, 1.0)
     dead, change = of.dead.sum(0), of.change.sum(0)
-    # through change points the root has another sign than the side on which the dyad is closed
+    # beyond change points the sign of the root differs from the side on which the dyad is closed
     passed = np.where(of.change[0] & (np.cos(0.5 * phi) < 0), -1.0, 1.0)
     found: list[tuple[Array, ...]] = []
 
@@ -192,7 +192,7 @@ def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
     root = np.where(of.change[0] & (np.cos(0.5 * away) < 0) | of.change[1] & (np.sin(0.5 * away) < 0), -side, side)
     add(dead == 1, SWING, centre, half, one, 1, _swinging(away, centre, half, root))
     centre, half = 0.5 * of.at.sum(0), 0.5 * (of.at[0] - of.at[1])
-    for sign in (1.0, -1.0):  # the angles of the other circuit are those mirrored in the axis
+    for sign in (1.0, -1.0):  # the angles of the other circuit are mirrored in the axis
         there = np.where(sign * phi > 0, _swinging(np.abs(phi), centre, half, side), nan)
         add(dead == 2, SWING, sign * centre, sign * half, one, 1, there)
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
@@ -236,19 +236,18 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
 
 
 def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
-    """Find the circuits led by the coupler, as the columns of `_crank_circuits`."""
+    """Find the circuits led by the coupler; return columns as `_crank_circuits` does."""
     kind = linkage.dyads[rows]
     block = (kind == RP).sum(1) == 1
     none, one = np.zeros(len(rows)), np.ones(len(rows))
     found = [tuple(np.asarray(c)[~block] for c in (rows, TURN + none, none, none, one, 2 * np.pi * one, none))]
     sine = np.where(kind[:, 0] == RP, -1.0, 1.0) * linkage.sine[rows]
     cosine = (linkage.rays[rows, 0].conj() * linkage.rays[rows, 1]).real
-    # the rays are parallel where the coupler has turned by these angles: there the point is at
-    # infinity
+    # at these rotations of the coupler the rays are parallel and its point is at infinity
     start = np.arctan2(sine, cosine)
     for k in (0, 1):
         centre, half = np.mod(-start, np.pi) + np.pi * (k - 0.5), (0.5 * np.pi - NEAR_INFINITY) * one
-        # nearer to infinity than the circuit is followed the phase is outside 0 ... 2 pi
+        # for a position closer to infinity than `NEAR_INFINITY` the phase is outside 0 ... 2 pi
         phase = np.pi * (1 - centre / half) if k == 0 else np.full(len(rows), np.nan)
         columns = (rows, OPEN + none, centre, half, one, 2 * np.pi * one, phase)
         found.append(tuple(np.asarray(column)[block] for column in columns))

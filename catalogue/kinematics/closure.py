@@ -1,4 +1,4 @@
-"""Closure of the second dyad, as the leading crank sees it.
+"""Closure of the second dyad, in the frame of the leading crank.
 
 With phi the crank's angle from an axis of the fixed plane, the chain closes where
 
@@ -45,22 +45,22 @@ class Closure(Columns):
     Arrays of shape (n,), except `dead`, `change` and `at`, (2, n): by p and by q.
     """
 
-    kind: Integers  # of the second dyad
+    kind: Integers  # kind of the second dyad
     pivot: Complexes
     pin: Complexes
-    arm: Complexes  # the crank along the axis
-    goal: Complexes  # pivot of the second dyad, of a slider the normal of its line
-    way: Complexes  # coupler from pin to pin, of a slide the normal of its line
+    arm: Complexes  # vector of the crank along the axis
+    goal: Complexes  # pivot of the second dyad; for a slider the normal of its line
+    way: Complexes  # vector of the coupler from pin to pin; for a slide the normal of its line
     r: Floats
     f: Floats
-    square: Floats  # (l^2 - c^2)/2; of a slider e, of a slide h
+    square: Floats  # (l^2 - c^2)/2; for a slider e, for a slide h
     p_up: Floats  # 1 + p
     q_down: Floats  # 1 - q
     dead: Mask  # whether the crank reaches a dead point
     change: Mask  # whether the crank reaches a change point
     stuck: Mask  # whether the chain just closes, in one position of the crank
     at: Floats  # angles of these points from the axis [rad]
-    side: Floats  # a number with the sign of the root in the given position
+    side: Floats  # number with the sign of the root in the given position
 
     @classmethod
     def of(cls, linkage: Linkage, lead: Integers) -> Closure:
@@ -86,13 +86,13 @@ class Closure(Columns):
             bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar))
             bounds = bounds / np.where(slider, 1.0, 2 * r * f)
             bounds[:2, slide] = [[-1.0], [1.0]]
-            # by how much links are too short for a full turn, at its far and its near end
+            # shortfall of links for a full turn, at its far and its near end
             crank_excess = [far - l - c, np.abs(l - c) - near]
             excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near], crank_excess))
             nearly = CHANGE * np.maximum(
                 np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
             )
-            # by how much they are long enough to close at all at that end
+            # spare length of links for any closure, at the far and the near end
             crank_spare = [l + c - near, far - np.abs(l - c)]
             spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high], crank_spare))
             change, dead = np.abs(excess) <= nearly, excess > nearly
@@ -125,7 +125,7 @@ class Closure(Columns):
         Returns
         -------
         ndarray, shape (m, n)
-            It changes its sign at dead and change points.
+            Roots, which change their signs at dead and change points.
         """
         p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
         with np.errstate(all="ignore"):
@@ -149,7 +149,7 @@ class Closure(Columns):
 def turn_between(goal: Complexes, way: Complexes, side: Complexes) -> Complexes:
     """Compute unit vectors that turn `way` into the direction of `side` as seen from `goal`.
 
-    They close every dyad with a pin at one end: the goal is the vector to its other pin, or the
+    They close every dyad with a pin at one end: `goal` is the vector to its other pin, or the
     normal of its line.
     """
     turned = goal * way.conj() * side

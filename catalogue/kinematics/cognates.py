@@ -15,8 +15,8 @@ import numpy as np
 from .linkage import PR, RR, Linkage, homogeneous
 from .types import Complexes, Indices, Integers
 
-#: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots
-#: would coincide.
+#: Distance of a guided point from a moving pivot, over the coupler length, below which it has no
+#: cognate: two pivots would coincide.
 NEAREST = 1e-6
 
 
@@ -26,8 +26,8 @@ def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Inte
     Returns
     -------
     Linkage, ndarray of int, shape (k,), ndarray of int, shape (k,)
-        The cognates, the number of the original linkage of each, and its own number: 1 if it shares
-        the fixed pivot of the first crank, 2 for the second.
+        The cognates; the number of the original linkage of each; and 1 if the cognate shares the
+        fixed pivot of the first crank, 2 for the second.
     """
     z, finite, kind = linkage.points, linkage.finite, linkage.dyads
     found, which, number = [], [], []

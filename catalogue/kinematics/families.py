@@ -14,13 +14,13 @@ class Family:
     Attributes
     ----------
     name : str
-        As in ``slider-crank``.
+        Name, such as ``slider-crank``.
     title : str
-        One line for people.
+        Title in one line.
     inverse : str
-        Name of the family into which inversion carries it.
+        Name of the family of its inversions.
     dyads : str
-        As in ``RR.PR``.
+        Kinds of the dyads, such as ``RR.PR``.
     """
 
     name: str

@@ -42,10 +42,10 @@ INVERTED = ("ground", "crank", "offset")
 SWINGING_BLOCK = ("height", "offset")
 TRAMMEL = ("coupler", "between")
 OLDHAM = ("ground", "between")
-#: What may stand beside the lengths.
+#: Further names permitted with lengths.
 POSITION = ("angle", "branch")
-#: And where the guided point is: in the position given, or along and across the coupler, see
-#: `link_lengths`.
+#: Names of the guided point's coordinates: in the given position, or along and across the coupler;
+#: see `link_lengths`.
 POINT = ("x", "y", "along", "across")
 
 
@@ -55,17 +55,17 @@ def from_lengths(links: Mapping[str, object]) -> Linkage:
     Parameters
     ----------
     links : mapping of str to array_like, shape () or (n,)
-        One row of the table above [length, deg].  ``offset`` may be negative; left out it is 0.
-        ``angle``: of the first crank from the x axis, without a crank of the coupler [deg].
-        ``branch``: 1 (the default) or -1, the two ways to close the chain.  With 1 the end of the
-        rocker is to the left of the line from crank pivot to rocker pivot, the slider is to the
-        right, and the line of the coupler runs towards the slide.
+        One row of the table above [length, deg].  ``offset`` may be negative; its default is 0.
+        ``angle``: that of the first crank from the x axis; without a crank that of the coupler
+        [deg]. ``branch``: 1 (the default) or -1, the two ways to close the chain.  With 1 the end
+        of the rocker is to the left of the line from crank pivot to rocker pivot, the slider is to
+        the right, and the line of the coupler runs towards the slide.
 
     Raises
     ------
     InvalidLinkage
-        If the names are none of the rows, a length is not above zero, or a chain cannot be closed
-        at its angle.
+        If the names match no row, a length is not above zero, or a chain cannot be closed at its
+        angle.
     """
     if "angle" not in links:
         raise InvalidLinkage(
@@ -83,7 +83,7 @@ def guide_from_lengths(links: Mapping[str, object]) -> tuple[Linkage, Complexes]
     Raises
     ------
     InvalidLinkage
-        As of `from_lengths`, or where a chain cannot be closed at all.
+        See `from_lengths`; also if a chain cannot be closed at any angle.
     """
     values = _numbers(links)
     given = {name: value for name, value in values.items() if name not in POINT}
@@ -103,7 +103,7 @@ def guide_from_lengths(links: Mapping[str, object]) -> tuple[Linkage, Complexes]
 
 
 def _numbers(links: Mapping[str, object]) -> dict[str, Floats]:
-    """Return what stands under each name as numbers, shape (n,) each."""
+    """Convert the value of each name to numbers, shape (n,) each."""
     given = {}
     for name, value in links.items():
         try:
@@ -140,7 +140,7 @@ def _closable(of: Mapping[str, Floats]) -> Floats:
 
 
 def _row(names: set[str]) -> tuple[str, ...]:
-    """Return the row of the table that lengths belong to."""
+    """Return the row of the table to which the given names belong."""
     lengths = names - {*POSITION}
     fits = [row for row in CLOSURES if lengths in ({*row}, {*row} - {"offset"})]
     if not fits:
@@ -172,7 +172,7 @@ def _closed(given: Mapping[str, Floats]) -> Linkage:
 
 
 def _dyads(*places: tuple[Array, float]) -> Floats:
-    """Return pivots (n, 2, 2, 3) of A1, A1*, A2, A2*, each with its w."""
+    """Return pivots (n, 2, 2, 3) from A1, A1*, A2, A2*, each with its w."""
     return np.stack([homogeneous(z, w) for z, w in places], axis=1).reshape(-1, 2, 2, 3)
 
 
@@ -197,13 +197,14 @@ def _inverted(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
     base = of["ground"] - crank
     sine = of["offset"] / np.abs(base)
     run = of["branch"] * np.sqrt(1 - sine**2)
-    normal = 1j * base / np.abs(base) * (run + 1j * sine)  # of the line, to the left of its run
+    normal = 1j * base / np.abs(base) * (run + 1j * sine)  # normal of the line, to the left of its direction
     return _dyads((0 * turn, 1.0), (crank, 1.0), (of["ground"] + 0j, 1.0), (normal, 0.0))
 
 
 def _swinging_block(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
     normal = 1j * turn
-    # the slider's pivot x + i height is `offset` from the line through (0, 0) along the turn
+    # the slider's pivot x + i height is at `offset` from the line through (0, 0) in the direction
+    # of `turn`
     with np.errstate(all="ignore"):
         x = np.where(turn.imag != 0, (of["height"] * turn.real + of["offset"]) / turn.imag, np.nan)
     return _dyads((1j + 0 * turn, 0.0), (x + 1j * of["height"], 1.0), (0 * turn, 1.0), (normal, 0.0))

@@ -1,7 +1,7 @@
 """Determine the handedness of circuits and the direction in which their curves are followed.
 
-A search along a coupler curve depends on where it begins, and on its direction.  If left-handed
-circuits are followed as their mirror images are, it finds the same of a linkage and of its mirror
+A search along a coupler curve depends on its start and its direction. If left-handed circuits are
+followed like their mirror images, the search gives the same result for a linkage and for its mirror
 image.
 """
 
@@ -17,9 +17,10 @@ from .types import Complexes, Floats, Mask
 def left_handed(circuits: Circuits, point: Complexes) -> Mask:
     """Tell which circuits (k,) with coupler points (k,) are left-handed.
 
-    Their mirror images are not.  Of two circuits of a crank one is, whatever the point.  Else the
-    coupler decides: the side of its line through the moving pivots, or the quarter about its slot,
-    on which the point is.  A shape that is its own mirror image is not.
+    Their mirror images are right-handed. Of the two circuits of a crank that turns fully one is
+    left-handed, whatever the point. Otherwise the position of the point in the coupler decides: the
+    side of the line through the moving pivots, or the quadrant about the slot. A shape that is its
+    own mirror image is right-handed.
 
     Examples
     --------
@@ -38,10 +39,10 @@ def left_handed(circuits: Circuits, point: Complexes) -> Mask:
 
 
 def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
-    """Compute the order in which coupler curves (k,) are followed alike in a mirror.
+    """Compute the order in which coupler curves (k,) are followed, equal for mirror images.
 
-    At s a curve is at the phase offset + sense * s of its circuit.  Right-handed ones run from 0
-    on, left-handed ones backwards; a crank that swings to either side of its axis begins at its
+    At s a curve is at the phase offset + sense * s of its circuit. Right-handed ones run forward
+    from 0, left-handed ones backward; a crank that swings to either side of its axis begins at its
     other dead point instead.
 
     Returns
@@ -49,7 +50,7 @@ def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
     offset, sense : ndarray, shape (k,)
         Phases [rad], and 1 or -1.
     """
-    if not isinstance(circuits, Circuits):  # chains of many bars have no hand yet
+    if not isinstance(circuits, Circuits):  # handedness is not defined for chains of many bars
         return np.zeros(len(point)), np.ones(len(point))
     left, same = left_handed(circuits, point), _about_axis(circuits)
     return np.where(left, np.where(same, np.pi, circuits.period), 0.0), np.where(left & ~same, -1.0, 1.0)
@@ -61,17 +62,17 @@ def _about_axis(circuits: Circuits) -> Mask:
 
 
 def _of_coupler(circuits: Circuits, point: Complexes) -> Floats:
-    """Compute a number (k,) that a mirror negates, of the point in the coupler; 0 if symmetric."""
+    """Compute a number (k,) for the point in the coupler that a mirror negates; 0 if symmetric."""
     linkage = circuits.linkage
     z, finite = linkage.points, linkage.finite[..., 1]
     both, none = finite.all(1), ~finite.any(1)
-    i = np.argmax(finite, axis=1)  # a finite moving pivot, or of two slots the first
+    i = np.argmax(finite, axis=1)  # a finite moving pivot, or the first of two slots
     rows = np.arange(len(i))
     here: Complexes = np.where(none, z[:, 0, 0], z[rows, i, 1])
     ray: Complexes = np.where(both, z[:, 1, 1] - here, np.where(none, z[:, 1, 0] - here, z[rows, 1 - i, 1]))
     away, unit = point - here, ray / np.maximum(np.abs(ray), np.finfo(float).tiny)
     along, across = dot(unit, away), cross(unit, away)
-    off = cross(unit, z[rows, 1 - i, 0] - here)  # of the slot from the moving pivot
+    off = cross(unit, z[rows, 1 - i, 0] - here)  # distance of the slot from the moving pivot
     small = 1e-12 * linkage.size  # four digits above rounding
     side = np.where(both | none, across, along * np.where(np.abs(across) > small, across, off))
     return np.asarray(np.where(np.abs(side) > small * np.where(both | none, 1.0, linkage.size), side, 0.0))

@@ -1,9 +1,9 @@
 """Link lengths for the workshop, and the nearest linkages of round lengths.
 
-They are, as far as the family has them: cranks, frame, coupler, the offset of a slider's line from
+Lengths are, as far as a family has them: cranks, frame, coupler, the offset of a slider's line from
 the other fixed pivot, the offset of a slide's line from the other moving pivot, and the place of
 the guided point in the coupler, along and across the line from moving pivot 1 to moving pivot 2 (or
-the line of the slide).  Angles between sliders stay.
+the line of the slide). Angles between sliders are not rounded.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from .types import Complexes, Floats, Mask
 
 
 class Rounding(NamedTuple):
-    """Newton's method to round lengths."""
+    """Options of Newton's method for round lengths."""
 
-    rounds: int = 8  #: most steps
-    difference: float = 1e-6  #: displacement to difference lengths [sizes of the linkage]
-    close: float = 1e-12  #: error of the lengths at which it ends [sizes of the linkage]
+    rounds: int = 8  #: largest number of steps
+    difference: float = 1e-6  #: step of finite differences of lengths [sizes of the linkage]
+    close: float = 1e-12  #: error of the lengths at which the iteration stops [sizes of the linkage]
 
 
 ROUNDING = Rounding()
 
 
 def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
-    """Compute the lengths of linkages by name, shape (n,) each, NaN where a family has none."""
+    """Compute the lengths of linkages by name, shape (n,) each; NaN where a family has none."""
     z, dyads = linkage.points, linkage.dyads
     coordinates = np.concatenate([z.reshape(-1, 4), point[:, None]], axis=1)
     out: dict[str, Floats] = {}
@@ -43,15 +43,15 @@ def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
 def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, Complexes, Mask]:
     """Round the lengths of linkages with the least displacement of their joints.
 
-    Least squares over the displacements of all pivots and the point; directions of pivots at
-    infinity stay.
+    The sum of the squared displacements of all pivots and the point is minimal; directions of
+    pivots at infinity are kept.
 
     Parameters
     ----------
     linkage : Linkage of n
     point : complex ndarray, shape (n,)
     step : float
-        Lengths become multiples of it [length].
+        Lengths become multiples of this step [length].
 
     Returns
     -------
@@ -130,7 +130,7 @@ def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple
     """Return origin and unit x vector of the coupler's coordinates."""
     if RP not in kinds:
         origin, along = moving[:, 0], moving[:, 1] - moving[:, 0]
-    else:  # the line of a slide; where both are slides, the origin is where their lines meet
+    else:  # the line of a slide; for two slides the origin is the intersection of their lines
         i = kinds.index(RP)
         along = -1j * moving[:, i]
         origin = moving[:, 1 - i] if kinds[1 - i] != RP else _meet(moving, fixed)

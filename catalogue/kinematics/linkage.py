@@ -49,10 +49,10 @@ for _name, (_i, _j) in FAMILIES.items():
 
 
 class Extent(NamedTuple):
-    """Sizes of linkages that double precision allows."""
+    """Limits of sizes in double precision."""
 
     coincident: float = 1e-12  #: distance up to which two pivots coincide [sizes of the linkage]
-    #: Size below which that distance is rounding instead [distance from the origin].
+    #: Part of the distance from the origin that replaces a smaller size in `coincident`.
     rounding: float = 1e-3
     smallest: float = 1e-152  #: smallest size [length]: its square is still a normal double
     largest: float = 1e152  #: largest coordinate of a pivot [length]: its square is still a double
@@ -104,14 +104,14 @@ class Linkage:
         if isinstance(given, Linkage):
             return given
         if isinstance(given, Mapping):
-            from .from_lengths import from_lengths  # which is built on this module
+            from .from_lengths import from_lengths  # imported late: it is built on this module
 
             return from_lengths(given)
         return cls(given)
 
     @classmethod
     def valid(cls, pivots: Floats) -> tuple[Linkage, Mask]:
-        """Select the valid linkages among some pivots.
+        """Select the valid linkages from arrays of pivots.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class Linkage:
         Returns
         -------
         Linkage, ndarray of bool, shape (n,)
-            The valid linkages, and the mask of them.
+            The valid linkages, and their mask.
         """
         mask = faults(pivots) == ""
         return cls.trusted(_normalised(pivots[mask])), mask
@@ -203,7 +203,7 @@ class Linkage:
     def sine(self) -> Floats:
         """Sine of the angle from ray 1 to ray 2, shape (n,).
 
-        0 for parallel cranks and at dead points.
+        It is 0 for parallel cranks and at dead points.
         """
         return np.asarray((self.rays[:, 0].conj() * self.rays[:, 1]).imag)
 
@@ -243,7 +243,7 @@ class Linkage:
         return self.trusted(homogeneous(z, self.pivots[..., 2]))
 
 
-#: What stands for linkages: pivots as `Linkage` takes them, link lengths as `from_lengths` does.
+#: Types that `Linkage.of` accepts: linkages, pivots, or link lengths as in `from_lengths`.
 LinkageLike: TypeAlias = Linkage | npt.ArrayLike | Mapping[str, Any]
 
 
@@ -255,7 +255,7 @@ def _read(pivots: npt.ArrayLike) -> Floats:
     try:
         given = doubles(pivots)
     except ValueError:
-        try:  # a pivot at infinity among others without w
+        try:  # some pivots at infinity have w, the others have none
             given = doubles(_completed(pivots))
         except ValueError:
             raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {SHAPE}") from None
@@ -294,7 +294,7 @@ def refuse(wrong: Array) -> None:
 
 
 def faults(pivots: Floats) -> Objects:
-    """Find what is wrong with pivots.
+    """Find the faults of pivots.
 
     Parameters
     ----------

@@ -17,8 +17,8 @@ circle and a line in it:
 With xi = exp(i angle) - 1 = 2 t (i - t)/(1 + t^2) every coefficient of circle and line is linear in
 (Re xi, Im xi), because |xi|^2 = -2 Re xi.  Times 1 + t^2 each is a quadratic polynomial of t
 (*form*), so that over a window of t all forms of all linkages at common nodes are one matrix
-product.  The reference position is t = 0, y = 0.  Nothing cancels near it, and the root continuous
-with it is taken.
+product.  The reference position is t = 0, y = 0.  No digits cancel near it, and the root continuous
+with it is used.
 
 A chart ends where circle and line touch: at a zero of E - lo or hi - E, for one more linear form
 E.  These are the turning points of the parameter.  In the coupler chart the cranks are parallel
@@ -53,7 +53,7 @@ H, G, N, K, J2, B_X, B_Y = range(7)
 def coupler_chart(z: Complexes, w: Floats) -> tuple[Floats, ...]:
     """Set up the forms of the coupler chart, y = d: circle of dyad 1, line from dyad 2.
 
-    Returns forms, limit E, its lower and upper bound, scale of K, coefficient of the circle.
+    Return forms, limit E, its lower and upper bound, scale of K, coefficient of the circle.
     """
     a, a2 = w[:, 0, 0] * w[:, 0, 1], w[:, 1, 0] * w[:, 1, 1]
     b, b2 = ((w[:, i, 0] * z[:, i, 1] - w[:, i, 1] * z[:, i, 0], w[:, i, 0] * z[:, i, 1]) for i in (0, 1))
@@ -77,7 +77,7 @@ def coupler_chart(z: Complexes, w: Floats) -> tuple[Floats, ...]:
 def crank_chart(z: Complexes, w: Floats, kind: Integers) -> tuple[Floats, ...]:
     """Set up the forms of a crank chart, y = x: unit circle of 1 + x, line from dyad 2.
 
-    The origin is the moving pivot of the crank.  Returns as `coupler_chart`.
+    The origin is the moving pivot of the crank. Return values are those of `coupler_chart`.
     """
     lever = z[:, 0, 1] - z[:, 0, 0]
     a, am, w0, w1 = z[:, 1, 0], z[:, 1, 1], w[:, 1, 0], w[:, 1, 1]
@@ -96,12 +96,12 @@ def crank_chart(z: Complexes, w: Floats, kind: Integers) -> tuple[Floats, ...]:
 
 
 def _real(c: Complexes) -> Floats:
-    """Coefficients of (1, Re xi, Im xi) in Re(c xi)."""
+    """Return the coefficients of (1, Re xi, Im xi) in Re(c xi)."""
     return np.stack([np.zeros_like(c.real), c.real, -c.imag])
 
 
 def _complex(p: tuple[Complexes, Complexes]) -> Complexes:
-    """Coefficients of (1, Re xi, Im xi) in p0 + p1 xi."""
+    """Return the coefficients of (1, Re xi, Im xi) in p0 + p1 xi."""
     return np.stack([p[0], p[1], 1j * p[1]])
 
 
@@ -115,7 +115,7 @@ def _product(p: tuple[Complexes, Complexes], q: tuple[Complexes, Complexes]) -> 
 
 
 def _polynomial(f: Floats) -> Floats:
-    """Coefficients of (1, t, t^2) in (1 + t^2) f, where f is linear in xi."""
+    """Return the coefficients of (1, t, t^2) in (1 + t^2) f, f linear in xi."""
     return np.stack([f[0], 2 * f[2], f[0] - 2 * f[1]])
 
 
@@ -130,7 +130,7 @@ def _over_t(f: Floats) -> Floats:
 def nearest(form: Floats, low: Floats, high: Floats, side: int) -> Floats:
     """Find the nearest t on one side of 0 where a form reaches a limit.
 
-    The side is 1 or -1; infinite where the form reaches none.
+    `side` is 1 or -1; the result is infinite where the form does not reach the limit.
     """
     best = np.full(form.shape[-1], np.inf, dtype=form.dtype)
     for level in (low, high):
@@ -206,10 +206,10 @@ COUPLER = 0  #: chart by the rotation of the coupler
 CRANK_1 = 1  #: chart by the angle of crank 1
 CRANK_2 = 2  #: chart by the angle of crank 2
 CHARTS = (COUPLER, CRANK_1, CRANK_2)
-#: Positions evaluated at once: the temporaries of one block stay in the second-level cache.
+#: Number of positions evaluated at once: the temporaries of a block stay in the second-level cache.
 BLOCK = 32768
 CHANGE = 1e-9  #: |K| over its scale, in all charts, below which a linkage is at a change point
-TOUCHED = 1e-6  #: relative distance of E from its bound up to which a change point is at it
+TOUCHED = 1e-6  #: relative distance of E from its bound up to which a change point counts as at the bound
 
 
 class Pose(NamedTuple):
@@ -223,11 +223,11 @@ class Pose(NamedTuple):
     origin: Complexes
 
     def point(self, z: Complexes | Floats) -> Complexes:
-        """Return where coupler points (n,) are, shape (m, n)."""
+        """Return the positions of coupler points (n,), shape (m, n)."""
         return np.asarray(z + self.d + self.x * (z - self.origin))
 
     def direction(self, z: Complexes) -> Complexes:
-        """Return what coupler directions (n,) have become, shape (m, n)."""
+        """Rotate coupler directions (n,) to the poses, shape (m, n)."""
         return np.asarray((1 + self.x) * z)
 
     def pivot(self, linkage: Linkage, i: int) -> Complexes:
@@ -236,7 +236,7 @@ class Pose(NamedTuple):
         return np.where(linkage.finite[:, i, 1], self.point(z), self.direction(z))
 
     def linkages(self, linkage: Linkage) -> Linkage:
-        """Return the linkages in these poses, m times n of them, position by position."""
+        """Return the linkages in these poses: m times n, position by position."""
         z = np.empty((*self.d.shape, 2, 2), complex)
         z[...] = linkage.points
         for i in (0, 1):
@@ -264,7 +264,7 @@ class Motion(Columns):
     origin, lever : complex ndarray, shape (n,)
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
     unit : ndarray, shape (n,)
-        Of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the
+        Unit of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the
         linkage's size [length].
     branch : ndarray, shape (n,)
         Sign of the root for t > 0 at a change point, else 0.
@@ -394,8 +394,8 @@ class Path(Columns):
         with np.errstate(all="ignore"):
             root = np.sqrt(k * k - self.circle * t * mixed)
             q = mixed / (k + root)
-            # where K has changed its sign the other form of the same root; a pair of lines has none
-            # there
+            # where K has changed its sign use the other form of the same root, which a pair of
+            # lines does not have
             if np.fmin.reduce(k, axis=None, initial=np.inf) <= 0:
                 q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
             if len(forms) > 9:
@@ -427,9 +427,9 @@ def motion(
     """Set up the motion of n linkages in charts.
 
     A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  In a crank
-    chart poses lose digits where the end of the driving crank comes near the other dyad's fixed
-    point: the error of the turn is some 1e-16 over the square of their distance in sizes of the
-    linkage.
+    chart poses lose digits where the pin of the driving crank comes near the other dyad's fixed
+    pivot: the error of the rotation is about 1e-16 over the square of their distance in sizes of
+    the linkage.
 
     Parameters
     ----------
@@ -441,19 +441,19 @@ def motion(
         Working precision, float or numpy.longdouble; the latter is double where the platform has no
         extended precision.
     pole : complex ndarray, shape (n,), optional
-        Pole in the reference position: chooses the branch of linkages at a change point.
+        Pole in the reference position: selects the branch of linkages at a change point.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))
     pivots = linkage.pivots.astype(dtype)
     z, w = pivots[..., 0] + 1j * pivots[..., 1], pivots[..., 2]
     start = np.zeros(len(linkage), dtype=z.dtype) if origin is None else np.asarray(origin).astype(z.dtype)
     origin = np.where(chart == COUPLER, start, np.where(chart == CRANK_1, z[:, 0, 1], z[:, 1, 1]))
-    # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if
-    # there is one
+    # dyad 1 is the driving crank of a crank chart; in the coupler chart it gives the circle, if
+    # there is a crank
     swap = np.where(chart == COUPLER, linkage.dyads[:, 0] != RR, chart == CRANK_2)[:, None]
     z = np.where(w != 0, z - origin[:, None, None], z)
     # forms are products of up to four lengths, discriminants of eight: in a unit near the size none
-    # overflows, and as a power of 2 it rounds nothing
+    # overflows, and a power of 2 avoids rounding
     unit = np.ldexp(np.ones((), dtype), np.frexp(np.where(w != 0, np.abs(z), 0).max((1, 2)))[1])
     z = np.where(w != 0, z / unit[:, None, None], z)
     z, w = (np.where(swap[..., None], p[:, ::-1], p) for p in (z, w))
@@ -466,7 +466,8 @@ def motion(
         conditioning = np.where(impossible, 0, np.abs(forms[K, 0]) / scale)
     interval = np.stack([nearest(limit, low, high, -1), nearest(limit, low, high, 1)])
     interval[:, impossible] = 0
-    side = np.where(forms[K, 0] < 0, -1, 1)  # the line's two ends exchanged: then the root wanted is always the first
+    # exchange the line's two ends, so that the first root is always the right one
+    side = np.where(forms[K, 0] < 0, -1, 1)
     forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
     lever = np.where(crank, unit * (z[:, 0, 1] - z[:, 0, 0]), 0)
     branch = np.zeros(len(linkage), dtype=pivots.dtype)
@@ -474,7 +475,7 @@ def motion(
     if pole is not None and change.any():
         forms, branch = at_change(forms, circle, unit, origin, np.asarray(pole), change)
         conditioning = np.where(branch != 0, 1.0, conditioning)
-        for level in (low, high):  # the limit is touched here, without being crossed
+        for level in (low, high):  # here the form touches the limit without crossing it
             touched = change & (np.abs(limit[0] - level) <= TOUCHED * np.abs(limit).max(0))
             limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
         interval = np.where(change, np.stack([nearest(limit, low, high, side) for side in (-1, 1)]), interval)
@@ -483,10 +484,10 @@ def motion(
 
 
 def conditioning(linkage: Linkage) -> Floats:
-    """Measure how well each chart is conditioned in the reference position, shape (3, n).
+    """Measure the conditioning of each chart in the reference position, shape (3, n).
 
-    Coupler chart: sine of the angle between the two rays.  Crank chart: sine of the transmission
-    angle while that crank drives.  All three vanish only at a change point, where all pivots lie on
+    Coupler chart: sine of the angle between the two rays. Crank chart: sine of the transmission
+    angle while that crank drives. All three vanish only at a change point, where all pivots lie on
     one line.
     """
     return np.asarray(np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS])))

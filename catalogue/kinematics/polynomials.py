@@ -10,7 +10,7 @@ from .types import Array, Floats
 
 
 def product(*factors: Array) -> Array:
-    """Multiply polynomials, coefficients in one order, shapes (n, k)."""
+    """Multiply polynomials with coefficients in a common order, shapes (n, k)."""
 
     def times(a: Array, b: Array) -> Array:
         out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1), dtype=np.result_type(a, b))
@@ -30,12 +30,12 @@ def real_roots(coefficients: Floats) -> Floats:
     Parameters
     ----------
     coefficients : ndarray, shape (n, d + 1)
-        From the constant on; the last one is not 0.
+        Coefficients in ascending order; the last one is not 0.
 
     Returns
     -------
     ndarray, shape (n, d)
-        NaN for complex roots.
+        Roots; NaN where they are complex.
     """
     n, d = coefficients.shape[0], coefficients.shape[1] - 1
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Truncated power series, many at once: (order + 1, ...), the coefficient of t^k in row k."""
+"""Truncated power series, many at once: arrays (order + 1, ...), coefficient of t^k in row k."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .types import Array
 
 
 def taylor_product(a: Array, b: Array) -> Array:
-    """Return the product of two series of one order."""
+    """Return the product of two series of equal order."""
     out = a[0] * b
     for i in range(1, len(b)):
         out[i:] += a[i] * b[:-i]
@@ -16,7 +16,7 @@ def taylor_product(a: Array, b: Array) -> Array:
 
 
 def taylor_quotient(a: Array, b: Array) -> Array:
-    """Return the quotient of two series of one order; the divisor has a constant term."""
+    """Return the quotient of two series of equal order; the divisor has a constant term."""
     out = np.empty(np.broadcast_shapes(a.shape, b.shape), dtype=np.result_type(a, b))
     for i in range(len(b)):
         out[i] = (a[i] - sum(out[j] * b[i - j] for j in range(i))) / b[0]

@@ -1,8 +1,8 @@
 """Velocities and accelerations of the coupler, per unit angular velocity of the drive.
 
-Each dyad holds a coupler point P: the moving pivot of a crank or slider, the coupler point in the
-fixed pivot of a slide.  Along the ray n of the dyad the velocity of P vanishes and its acceleration
-is known:
+Each dyad constrains a coupler point P: the moving pivot of a crank or slider, or the coupler point
+at the fixed pivot of a slide.  Along the ray n of the dyad the velocity of P vanishes and its
+acceleration is known:
 
     n . v(P) = 0
     n . a(P) = -|v(P)|^2 / length       (crank)
@@ -28,8 +28,8 @@ from .linkage import RP, RR, Linkage
 from .plane_vectors import dot
 from .types import Complexes, Floats, Integers
 
-#: Dead point of the drive: largest determinant of the three equations, relative to its terms.  It
-#: is the sine of the angle between driving and driven ray times coupler length over size.
+#: Largest relative determinant of the three equations at which the drive is at a dead point. It is
+#: the sine of the angle between driving and driven ray times coupler length over size.
 DEAD = 1e-12
 
 
@@ -87,7 +87,7 @@ def rates(linkage: Linkage, drive: Integers) -> Rates:
     spoke = np.where(drive == 2, 1.0, pin - pivot)
     length = np.abs(spoke)
     tangent = 1j * spoke / length
-    unit = np.where(linkage.size > 0, linkage.size, 1.0)  # of the unknowns: v and unit omega are alike
+    unit = np.where(linkage.size > 0, linkage.size, 1.0)  # scale of the unknowns: v and omega have comparable sizes
     rows = [_row(rays[:, i], (held[:, i] - origin) / unit) for i in (0, 1)]
     of_drive = _row(tangent, (pin - origin) / unit)
     of_drive[:, drive == 2] = np.array([[0.0], [0.0], [1.0]])

@@ -1,11 +1,11 @@
-"""Sample a motion so that nothing happens unseen between two samples.
+"""Sample a motion so densely that no event between two samples is missed.
 
-The phase of a circuit says little of what moves.  Near a change point, or where two pins nearly
-meet, a link turns by half a turn or by a whole one while the phase grows by a millionth.  All such
-places are at multiples of a quarter turn of the phase: there the leading crank is in line with the
-frame, or reverses.  `resolved` starts from even samples and from some that crowd at these places.
-It halves intervals until each value is known within them as well as at their ends.  From this table
-come rows, polylines and splines, each with a stated error.
+The phase of a circuit does not measure motion. Near a change point, or where two pins nearly meet,
+a link turns by half a turn or a full one while the phase grows by a millionth. All such places are
+at multiples of a quarter turn of the phase: there the leading crank is in line with the frame, or
+reverses. `resolved` starts from evenly spaced samples and from others that are dense at these
+places. It halves intervals until each value is as accurate within them as at their ends. Rows,
+polylines and splines are derived from this table, each with a stated error.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from .types import Complexes, Floats, Mask
 
 
 class Sampling(NamedTuple):
-    """How finely a motion is sampled."""
+    """Options of the sampling of a motion."""
 
-    #: samples at first: several for each wiggle of a coupler curve, which has degree six
+    #: number of first samples: several for each wave of a coupler curve, which has degree six
     even: int = 49
-    #: Largest error between two samples [scale]: rows then keep their share to a part in a
-    #: hundred.
+    #: Largest error between two samples [scale]: the shares of rows then have an error of one per
+    #: cent.
     table_error: float = 2e-3
     #: Largest step between samples [scale]: a link that turns once is seen in 60 positions.
     table_step: float = 0.1
-    max_rounds: int = 60  #: most halvings of an interval: a double has 52 bits
-    max_samples: int = 50_000  #: most samples: thirty times those of a curve near a change point
-    #: Speed of a value over its mean speed above which rows stand closer: a crank-rocker has even
-    #: rows.
+    max_rounds: int = 60  #: largest number of halvings of an interval: a double has 52 bits
+    max_samples: int = 50_000  #: largest number of samples: thirty times that of a curve near a change point
+    #: Speed of a value over its mean speed above which rows are denser: a crank-rocker has evenly
+    #: spaced rows.
     crowding: float = 4.0
-    #: Way below which a value is at rest [scale]: shares of less would be shares of rounding.
+    #: Total displacement below which a value is at rest [scale]: its steps are then rounding.
     rest: float = 1e-3
 
 
@@ -42,41 +42,42 @@ SAMPLING = Sampling()
 
 #: Step of the phases at which leading crank and frame are in line, or the crank reverses [rad].
 IN_LINE = 0.5 * np.pi
-#: Distances from there at which samples crowd, down to the root of the rounding of a phase [rad].
+#: Distances of additional samples from these phases, down to the square root of the rounding of a
+#: phase [rad].
 CROWDED = IN_LINE * 4.0 ** -np.arange(2.5, 13.5)
-#: Places within an interval at which it is tested: the middle alone would miss a curve that is
-#: symmetric about it.
+#: Places within an interval at which it is tested: a curve symmetric about the middle would pass a
+#: test there alone.
 INNER = np.array([0.25, 0.5, 0.75])
 
 
 class Polyline(NamedTuple):
-    """How closely a polyline follows a curve."""
+    """Options of a polyline along a curve."""
 
     #: Largest error [scale]: a tenth of the width of a line on a card of 360 pixels.
     error: float = 8e-5
-    #: part of the error for which intervals are laid out: most then need no halving
+    #: part of the error for which the first intervals are chosen: most then need no halving
     aimed: float = 0.8
-    #: fewest intervals: an arc flatter than its error looks smooth all the same
+    #: least number of intervals: an arc flatter than its error looks smooth all the same
     min_intervals: int = 16
-    straight: float = 1e-3  #: part of the intervals that is laid out evenly, for straight parts
+    straight: float = 1e-3  #: fraction of the intervals that is spaced evenly, for straight parts
 
 
 POLYLINE = Polyline()
 
 
 class Enclosure(NamedTuple):
-    """How a least value is enclosed."""
+    """Options of the search for a minimum."""
 
-    rounds: int = 6  #: rounds: 8 to the sixth is finer than the root of rounding
-    samples: int = 17  #: samples of a round
+    rounds: int = 6  #: number of rounds; each narrows the bracket to an eighth, six of them to 4e-6
+    samples: int = 17  #: number of samples of a round
 
 
 ENCLOSURE = Enclosure()
 
 
 Curve = Callable[[Floats], Complexes]
-#: Values at both ends (j, k) and within (3, j, k) of intervals -> how far each is off, over what is
-#: allowed, (j,).
+#: Test of intervals: maps values at both ends (j, k) and within (3, j, k) to the error over the
+#: permitted one, (j,).
 Test = Callable[[Complexes, Complexes, Complexes], Floats]
 
 
@@ -102,9 +103,9 @@ class Samples:
 
     @property
     def way(self) -> Floats:
-        """Measure in which rows are even, from 0 on, shape (m,).
+        """Cumulative measure in which rows are evenly spaced, from 0, shape (m,).
 
-        It is the share of the parameter, but grows faster where a value runs above
+        It is the share of the parameter, but grows faster where a value moves above
         `SAMPLING.crowding` times its mean speed.
         """
         steps = np.abs(np.diff(self.values, axis=0)) / self.scale
@@ -113,23 +114,23 @@ class Samples:
         return np.append(0.0, np.cumsum(np.maximum(run, shares.max(1) / SAMPLING.crowding)))
 
     def rows(self, share: Floats) -> Floats:
-        """Return the parameters at shares (n,) of the way, from 0 to 1.
+        """Return the parameters at shares (n,) of `way`, from 0 to 1.
 
-        Between n even shares no value runs farther than (`SAMPLING.crowding` + k)/(n - 1) of its
-        whole way, for k values.
+        Between n even shares no value moves by more than (`SAMPLING.crowding` + k)/(n - 1) of its
+        total displacement, for k values.
         """
         way = self.way
         return np.asarray(np.interp(share * way[-1], way, self.at))
 
     def share(self, at: Floats | float) -> Floats:
-        """Return the shares of the way at parameters: the inverse of `rows`."""
+        """Return the shares of `way` at parameters: the inverse of `rows`."""
         way = self.way
         forward = self.at[-1] >= self.at[0]
         run, way = (self.at, way) if forward else (self.at[::-1], way[::-1])
         return np.asarray(np.interp(at, run, way) / max(way[0], way[-1]))
 
     def linked(self, share: Floats, error: float) -> Floats:
-        """Add shares to shares (n,) of the way until values vary linearly between them.
+        """Add shares to shares (n,) of `way` until values vary linearly between them.
 
         Parameters
         ----------
@@ -184,11 +185,11 @@ def resolved(curve: Curve, low: float, high: float, fixed: Floats, least: float)
     curve : callable
         See `Samples`.
     low, high : float
-        In this order or the other [rad].
+        Ends of the range, in either order [rad].
     fixed : ndarray, shape (k,)
-        Scale of each value; NaN: its extent, the larger one of width and height.
+        Scale of each value; NaN selects its extent, the larger of width and height.
     least : float
-        Least scale of that kind [length].
+        Least scale from an extent [length].
     """
     first = np.linspace(low, high, SAMPLING.even)
     lines = IN_LINE * np.arange(np.ceil(min(low, high) / IN_LINE - 1), np.floor(max(low, high) / IN_LINE + 1) + 1)
@@ -213,7 +214,7 @@ def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
     curve : callable
         Values (m, k) at parameters (m,).
     at : ndarray, shape (m,)
-        Ends of the intervals at first.
+        Ends of the first intervals.
     test : callable
         Error of intervals over the permitted one; see `Test`.
 
@@ -248,7 +249,7 @@ def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
 
 
 def lowest(function: Callable[[Floats], Floats], at: Floats, values: Floats) -> float:
-    """Minimise a function about the least of its values (m,) at parameters (m,), to rounding."""
+    """Minimise a function near the least of its values (m,) at parameters (m,), to rounding."""
     least = int(np.nanargmin(values))
     low, high = at[max(least - 1, 0)], at[min(least + 1, len(at) - 1)]
     best = float(values[least])
@@ -273,7 +274,7 @@ def within(curve: Curve, at: Floats) -> Complexes:
 
 
 def _off_table(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
-    """Return the error of intervals of the table over what is allowed, shape (j,)."""
+    """Return the error of intervals of the table over the permitted one, shape (j,)."""
     line = a + INNER[:, None, None] * (b - a)
     off = np.abs(inner - line).max(0) / SAMPLING.table_error
     return np.asarray(np.maximum(off, np.abs(b - a) / SAMPLING.table_step).max(-1))

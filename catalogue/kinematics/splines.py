@@ -1,4 +1,4 @@
-"""Lay cubic splines along sampled motions, for programs that draw with splines."""
+"""Fit cubic splines to sampled motions, for programs that draw splines."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from .types import Complexes, Floats
 
 
 class SplineOptions(NamedTuple):
-    """How closely a spline follows a curve."""
+    """Options of a spline along a curve."""
 
     error: float = 2e-7  #: largest error [scale]: that of a cubic through 361 even points at a cusp
-    #: Points at first: paths of answers are then off by less than a thousandth of their deviation.
+    #: First number of points: paths of answers then have errors below a thousandth of their
+    #: deviation.
     points: int = 361
-    #: Newton steps to the foot point: from a quarter of an interval three reach rounding.
+    #: Number of Newton steps to the foot point: from a quarter of an interval three reach rounding.
     newton: int = 4
 
 
@@ -30,14 +31,14 @@ def place_points(samples: Samples, column: int, error: float = SPLINE.error) -> 
     ----------
     samples : Samples
     column : int
-        Value that the spline follows.
+        Column of the value that the spline follows.
     error : float
         Largest distance from it [scale].
 
     Returns
     -------
     at, knots : ndarray, shape (m,)
-        Parameters of the points; parameters of the spline there, from 0 to 1.
+        Parameters of the curve at the points; parameters of the spline there, from 0 to 1.
     """
     at = samples.rows(np.linspace(0, 1, SPLINE.points))
 

@@ -9,18 +9,18 @@ import numpy.typing as npt
 
 #: An array of any type; the docstring states which.
 Array = npt.NDArray[Any]
-#: Real numbers.  Some paths need extended precision, which this type does not show: that of numbers
-#: of any precision is lost in arithmetic.
+#: Real numbers. Some paths need extended precision, which this type does not show: a type for any
+#: precision would be lost in arithmetic.
 Floats = npt.NDArray[np.float64]
-#: Points and vectors of the plane, x + iy; in extended precision with such numbers.
+#: Points and vectors of the plane, x + iy; in extended precision if the real numbers are.
 Complexes = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
-#: Numbers of rows, as `numpy.flatnonzero` gives them.
+#: Numbers of rows, as returned by `numpy.flatnonzero`.
 Indices = npt.NDArray[np.intp]
 #: Other whole numbers: orders, kinds of dyads, charts, counts.
 Integers = npt.NDArray[np.intp]
 Texts = npt.NDArray[np.str_]
-#: Real or complex, the same in argument and result.
+#: Real or complex; argument and result have the same type.
 Scalar = TypeVar("Scalar", bound=np.inexact)
 Objects = npt.NDArray[np.object_]
 

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from .hookspecs import hookimpl
     from .mechanisms import chain_collection
 
-#: Where the names stand.
+#: Modules of the names.
 _HOME = {
     "plugin.hookspecs": "hookimpl",
     "errors": "InvalidLinkage InvalidRequest PluginError",

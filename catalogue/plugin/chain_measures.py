@@ -18,7 +18,7 @@ from ..collections.spec import LENGTH, Metric, Places
 from ..kinematics.types import Complexes, Floats
 from ..series.chain_family import ChainFamily
 
-#: Measures by name, under the names that bounds give them.
+#: Measures by name; the names are those of bounds.
 MEASURES = {
     "size": Metric("diameter of all joints over the stroke, the path included", LENGTH),
     "min_transmission": Metric("least transmission angle of any dyad over the stroke", "deg", more=True),
@@ -50,7 +50,7 @@ def chain_measures(family: ChainFamily, at: Poses, scale: Floats) -> dict[str, F
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        `MEASURES` but for ``turns``, lengths in units of `scale`.
+        `MEASURES` except ``turns``; lengths are in units of `scale`.
     """
     structure, z, n = family.structure, at.chain.z, len(scale)
     turned = np.unwrap(np.angle(at.turn[family.bar]), axis=0)
@@ -103,19 +103,19 @@ def _of_the_drive(family: ChainFamily, at: Poses) -> dict[str, Floats]:
 
 
 def places_of(at: Poses, laid: Callable[[Complexes], Complexes]) -> list[Places]:
-    """Return where joints and bars of mechanisms are.
+    """Return the places of the joints and bars of mechanisms.
 
     Parameters
     ----------
     at : Poses
         n mechanisms at m positions.
     laid : callable
-        From places (..., n) to those along the path [length].
+        Maps places (..., n) to those along the path [length].
 
     Returns
     -------
     list of Places
-        One of each mechanism.
+        Places of each mechanism.
     """
     structure = at.chain.structure
     with np.errstate(all="ignore"):

@@ -1,6 +1,6 @@
 """Make a collection of families of mechanisms of many bars: all but their definition.
 
-Specimens are drawn over the domains of the parameters and followed round their circuits.  Their
+Specimens are sampled over the domains of the parameters and followed round their circuits. Their
 straightest and most circular stretches of several lengths are stored, placed over one stroke.
 """
 
@@ -33,26 +33,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Draws:
-    """How mechanisms are drawn.
+    """Options of sampled mechanisms.
 
     Attributes
     ----------
     plan : str
-        Changed whenever the same draw would give other content.
+        Name of the sampling method, to be changed whenever equal seeds would give other content.
     shares : tuple of float
-        Strokes of stretches over the diameter of the path.
+        Trial strokes of stretches, over the diameter of the path.
     deviation : float
         Largest deviation of a stretch that is kept [strokes].
     size : float
         Largest size of a mechanism [strokes].
     transmission : float
-        Least transmission angle: below it rounding of a workshop decides [deg].
+        Least transmission angle [deg]: below it errors of manufacture determine the path.
     positions : int
-        Positions of a stretch at which it is measured.
+        Number of positions of a stretch at which it is measured.
     flat : float
-        Radius of an arc above which it is a line [strokes].
+        Radius above which an arc counts as a line [strokes].
     fits : int
-        Fits of an arc of a given radius, each in the scale of the one before.
+        Number of fits of an arc of given radius, each in the scale that the previous one gave.
     """
 
     plan: str = "2"
@@ -75,7 +75,7 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
     Parameters
     ----------
     name, title, source : str
-        As of a `Collection`.
+        See `Collection`.
     families : sequence of ChainFamily
 
     Returns
@@ -104,12 +104,12 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
 
 @dataclass(frozen=True)
 class _Made:
-    """The functions of a collection of families by name."""
+    """Functions of a collection made from families by name."""
 
     families: Mapping[str, ChainFamily]
 
     def draw(self, family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
-        """Draw mechanisms of a family, and return their guides."""
+        """Sample mechanisms of a family, and return their guides."""
         one = self.families[family]
         p = one.spread(rng.random((count, len(one.parameters))))
         chain, valid = one.chains(p)
@@ -131,7 +131,7 @@ class _Made:
         return made
 
     def starts(self, pivots: Floats, point: Complexes, request: PathRequest) -> list[Mapping[str, Any]]:
-        """Make mechanisms of four-bars, with either crank of each as their crank."""
+        """Make mechanisms of four-bars, with either crank as the driving crank."""
         z = pivots[..., 0] + 1j * pivots[..., 1]
         z, point = np.concatenate([z, z[:, ::-1]]), np.tile(point, 2)
         frame = z[:, 1, 0] - z[:, 0, 0]
@@ -181,7 +181,7 @@ class _Made:
         return [new if b.deviation < a.deviation else old for old, new, a, b in pairs]
 
     def measure(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
-        """Lay mechanisms along a path, and measure them there."""
+        """Place mechanisms along a path, and measure them there."""
         found: list[Measured | None] = [None] * len(parameters)
         for name, one in self.families.items():
             rows = [i for i, p in enumerate(parameters) if p["family"] == name]
@@ -261,7 +261,8 @@ class _Made:
         found = circuits(Chain(one.structure, candidate.placed(z), candidate.turned(u)), one.bar)
         low, high = p["window"]
         if candidate.is_mirrored:
-            # a crank turns the other way, and phases run back from that of the given pose
+            # the crank of a mirror image turns the other way, so its phases run back from that of
+            # the given pose
             home = circuits(Chain(one.structure, z, u), one.bar).phase[0]
             way = 1 if one.structure.is_pushed else -1
             low, high = (float(found.phase[0] + way * (end - home)) for end in (low, high))
@@ -269,7 +270,7 @@ class _Made:
 
 
 def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict[str, Any] | None:
-    """Return the parameters of a refined mechanism; None without its window."""
+    """Return the parameters of a refined mechanism; None if it does not cover its window."""
     values = {name: float(column[k]) for name, column in better.values.items()}
     chain, valid = one.chains({name: np.array([value]) for name, value in values.items()})
     found, kept = followed_circuits(chain, one.bar) if valid.all() else (None, ())
@@ -289,14 +290,14 @@ class _Laid:
     Attributes
     ----------
     z : complex ndarray, shape (j, n)
-        Joints, the path from the origin along +x [length].
+        Joints of the mechanisms; the path runs from the origin along +x [length].
     u : complex ndarray, shape (s, n)
         Directions of the slides.
     low, high, deviation, radius : ndarray
         Phases of the path [rad]; deviation and radius there [length], NaN where it cannot be
         placed.
     places : list of Places
-        Over the stroke [length].
+        Joints and bars over the stroke [length].
     """
 
     family: ChainFamily
@@ -322,12 +323,13 @@ class _Laid:
         radius: float | None,
         stroke: Floats,
     ) -> _Laid:
-        """Lay mechanisms on circuits, over windows of phases, along their paths of a stroke."""
+        """Place mechanisms on circuits, over windows of phases, along their paths of a stroke."""
         point = found.chain.z[family.guided]
         base = np.ones(len(low))
         with np.errstate(all="ignore"):
             fit = fitted(found, point, low, high, circle=circle, radius=None)
-            # an arc of a given radius has it in the scale in which its chord is the stroke
+            # the given radius applies in the scale in which the chord is the stroke, which the fit
+            # changes
             for _ in range(DRAWS.fits if radius is not None else 0):
                 base = base * stroke / fit.stroke
                 fit = fitted(_Scaled(found, base), base * point, low, high, circle=True, radius=radius)
@@ -356,7 +358,7 @@ class _Laid:
         return np.flatnonzero(tight & small & driven & curved & half)
 
     def parameters(self, i: int, values: Mapping[str, float]) -> dict[str, Any]:
-        """Return all of one mechanism as plain data."""
+        """Return one mechanism completely, as plain data."""
         names = self.family.structure.joints
         return {
             "family": self.family.name,
@@ -379,7 +381,7 @@ class _Laid:
         return made
 
     def measured(self, values: Sequence[Mapping[str, float]]) -> list[Measured]:
-        """Return the measures of all mechanisms, with a reason for each that has none."""
+        """Return the measures of all mechanisms; those without have a reason."""
         made = []
         for i in range(len(self.low)):
             if not np.isfinite(self.deviation[i]):
@@ -394,7 +396,7 @@ class _Laid:
 
 @dataclass(frozen=True)
 class _Scaled:
-    """Circuits of chains (n,) in another scale."""
+    """Circuits of chains (n,), scaled."""
 
     found: ChainCircuits
     scale: Floats

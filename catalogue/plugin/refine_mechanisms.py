@@ -1,11 +1,11 @@
 """Refinement of mechanisms of many bars: least squares on the finite motion.
 
-The path is taken at fixed positions of the drive.  Its distances from the best line or circle, over
-the chord, are residuals; their derivatives by the joints are those of `chains.rates`, and the
-joints follow from the free parameters of the family, so that its relations hold.  The powers of
-residuals grow from round to round: least squares leads to a small largest one.
+The path is sampled at fixed positions of the drive. Its distances from the best line or circle,
+over the chord, are the residuals. Their derivatives by the joints are those of `chains.rates`; the
+joints are functions of the free parameters of the family, so that its relations hold. The weights
+of large residuals grow from round to round, so that least squares approaches the least maximum.
 
-Source: K. Levenberg 1944, D. Marquardt 1963; E. Ya. Remez's rule that extremes count.
+Source: K. Levenberg 1944, D. Marquardt 1963; E. Ya. Remez on the weight of extremes.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from ..series.chain_family import ChainFamily
 
 @dataclass(frozen=True)
 class RefineOptions:
-    """How mechanisms are refined.
+    """Options of the refinement of mechanisms.
 
     Attributes
     ----------
     nodes : int
-        Positions of the path.
+        Number of positions of the path.
     rounds : int
-        Steps at most.
+        Largest number of steps.
     step : float
-        Relative step of the parameters for the derivatives of the pose.
+        Relative step of finite differences by the parameters.
     damping : float
         Damping of the first step, over the largest diagonal element.
     """
@@ -49,7 +49,7 @@ REFINE = RefineOptions()
 
 @dataclass(frozen=True)
 class Refined:
-    """Refined mechanisms (n,): parameters, drive at the ends of the path (2, n), which moved."""
+    """Refined mechanisms (n,): parameters, drive at both ends (2, n), and which have moved."""
 
     values: dict[str, Floats]
     window: Floats
@@ -67,7 +67,7 @@ def refined(family: ChainFamily, values: dict[str, Floats], windows: Floats, cir
     windows : ndarray, shape (2, n)
         Phases of the ends of their paths [rad].
     circle : bool
-        Whether paths are to follow circles.
+        Whether paths follow circles rather than lines.
 
     Returns
     -------
@@ -91,7 +91,7 @@ def refined(family: ChainFamily, values: dict[str, Floats], windows: Floats, cir
     largest, damping = np.abs(off).max(0), np.full(x.shape[1], REFINE.damping)
     first = largest.copy()
     for turn in range(REFINE.rounds):
-        # residuals near the largest weigh more and more
+        # weights of residuals near the largest grow with the rounds
         weight = (np.abs(off) / largest) ** min(turn // 3, 4)
         a, b = weight[:, None] * slope, weight * off
         normal = np.einsum("mpn,mqn->npq", a, a)
@@ -118,7 +118,7 @@ class _Problem:
     circle: bool
 
     def domain(self, x: Floats, names: list[str]) -> tuple[Floats, Floats]:
-        """Return the ends of the intervals in which parameters (p, n) are."""
+        """Return the ends of the intervals that contain the parameters (p, n)."""
         low, high = np.full(x.shape, -np.inf), np.full(x.shape, np.inf)
         for row, name in enumerate(names):
             (parameter,) = (one for one in self.family.parameters if one.name == name)
@@ -164,8 +164,9 @@ class _Problem:
 def _from_nominal(z: Complexes, dz: Array, circle: bool) -> tuple[Floats, Floats]:
     """Compute distances of points (m, n) from the least-squares line or parabola over the chord.
 
-    For short arcs the parabola replaces a circle, with an error of the square of the distances.
-    The slopes hold the nominal fixed: at the best one its moves have no first-order effect.
+    For short arcs the parabola replaces a circle, with an error of the square of the distances. The
+    derivatives are at a fixed nominal: moves of the best-fitting nominal have no first-order
+    effect.
     """
     closed = np.isfinite(z).all(0) & np.isfinite(dz).all((0, 1)) & (z[0] != z[-1])
     chord = np.where(closed, z[-1] - z[0], 1)
@@ -177,7 +178,7 @@ def _from_nominal(z: Complexes, dz: Array, circle: bool) -> tuple[Floats, Floats
     pinv = np.linalg.pinv(np.moveaxis(basis, 0, 1))  # (n, c, m)
     fit = np.einsum("ncm,mn->nc", pinv, local.imag)
     off = local.imag - np.einsum("mnc,nc->mn", basis, fit)
-    # a point that moves along the nominal changes its height by its slope
+    # a point that moves along the nominal changes its height by the nominal's slope
     rise = fit[:, 1] + (2 * fit[:, 2] * t if circle else 0 * t)
     slope = turned.imag - rise[:, None] * turned.real
     slope = slope - np.einsum("mnc,npc->mpn", basis, np.einsum("ncm,mpn->npc", pinv, slope))

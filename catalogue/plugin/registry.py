@@ -1,8 +1,8 @@
 """Load plugins: built-in ones, those of a user's folders, those of installed packages.
 
 A plugin that fails to load, breaks the contract or raises in a hook becomes a `Record` with the
-reason and is left out; the others go on.  Two plugins that claim one series or family are an error,
-because no choice between them is safe.
+reason and is left out; the others are loaded.  Two plugins that claim one series or family are an
+error, because no choice between them is safe.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ..series.series import Series
 from . import hookspecs
 from .checks import checked
 
-#: Most families, series or collections of one plugin.
+#: Largest number of families, series or collections of one plugin.
 MOST = 1000
 
 Item = TypeVar("Item", Series, Collection)
@@ -48,8 +48,8 @@ class Record:
     version: str = ""  # ``__version__`` of the module, else the catalogue's for built-in plugins
     families: list[str] = field(default_factory=list)
     series: list[str] = field(default_factory=list)
-    collections: list[str] = field(default_factory=list)  # once they were asked for
-    error: str = ""  # why it was left out
+    collections: list[str] = field(default_factory=list)  # names of collections, once they are loaded
+    error: str = ""  # reason why the plugin was left out
 
 
 class Registry:
@@ -62,7 +62,7 @@ class Registry:
     DuplicateSeries
         If two plugins claim one series, family or collection.
     InvalidRequest
-        If the folders are no names.
+        If the folders are not names.
     PluginError
         If a folder does not exist.
     """
@@ -122,7 +122,7 @@ class Registry:
         return _named(code, self.series, "series")
 
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
-        paths: dict[Path, Path] = {}  # all, before any is imported, which may change what a path means
+        paths: dict[Path, Path] = {}  # resolve all paths first: an import may change the meaning of a relative path
         try:
             places = plugin_folders(self.folders)
         except OSError as error:
@@ -154,7 +154,7 @@ class Registry:
             self._leave_out(record, str(error))
 
     def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
-        """Collect ``families``, ``series`` or ``collections``, each plugin as a whole or not."""
+        """Collect ``families``, ``series`` or ``collections``, from each plugin all or none."""
         for record, module in self._loaded:
             if record.error:
                 continue
@@ -186,7 +186,7 @@ class Registry:
                 self._leave_out(self._provider[code], f"series {code} is of family {gone[0]}, which no plugin provides")
 
     def _answers(self, hook: str, kind: type[Any], module: ModuleType | None, origin: str) -> dict[str, Any]:
-        """Return what one plugin says through one hook, by name."""
+        """Return the results of one hook of one plugin, by name."""
         others = [plugin for plugin in self._manager.get_plugins() if plugin is not module]
         answers = self._manager.subset_hook_caller(hook, others)()
         if not answers and hook in dir(module):

@@ -1,4 +1,4 @@
-"""A block of a build, from drawing to stored columns, which its arguments determine."""
+"""A block of a build, from sampling to stored columns; its arguments determine its content."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from .rows import Columns, guide_columns, mechanism_columns, together
 
 
 class BlockOptions(NamedTuple):
-    """Guides of a block, the unit of work."""
+    """Sizes and limits of a block, the unit of work."""
 
     limit: float = 120.0  #: time limit of a block [s]: it takes a second or two
-    most: int = 256  #: most guides
-    loss: float = 1.15  #: traced candidates per requested guide: some hold no level
-    spare: int = 8  #: traced candidates in addition
-    rescued: int = 8  #: candidates tried of a configuration and kind that would else be empty
+    most: int = 256  #: largest number of guides
+    loss: float = 1.15  #: traced candidates per requested guide: some reach no level
+    spare: int = 8  #: number of further traced candidates
+    rescued: int = 8  #: number of candidates tried per configuration and kind that would otherwise be empty
 
 
 BLOCKS = BlockOptions()
@@ -87,9 +87,9 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
 def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tuple[Columns, Columns]:
     """Trace candidates in order until enough reach a level; return columns of guides and reaches.
 
-    First as many as are likely to suffice are traced, then more until there are enough, or the rest
-    is not worth tracing.  Some of each configuration, in `names`, and kind follow of which none has
-    reached a level.  Linkages of slots are the inverse ones.
+    The first batch is likely to suffice; further ones follow until enough candidates reach a level,
+    or the rest is not worth tracing. Last come some candidates of each configuration (`names`) and
+    kind of which none has reached a level. Linkages with slots are given as their inversions.
     """
     if not len(names):
         return together([])
@@ -98,7 +98,7 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     everything = designs(linkage, z, found["centre"], found["kind"], pole)
     following = order(everything, cells_of(found["kind"], names, found["label"]))
     cells = cells_of(found["kind"], names)
-    turn = np.full(len(cells), -1)  # of those that were tried
+    turn = np.full(len(cells), -1)  # turn of each cell among those tried
     parts: list[tuple[Columns, Columns]] = []
     count = tried = 0
     while count < wanted and (chosen := list(islice(following, BLOCKS.spare + int(BLOCKS.loss * (wanted - count))))):
@@ -112,14 +112,14 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     rescued = rescued[ranks(cells[rescued]) < BLOCKS.rescued]
     turn[rescued] = np.arange(len(rescued)) - len(rescued)
     more = guide_columns(linkage[rescued], take(found, rescued))
-    for guides, _ in more:  # the soundest of each comes first of all, the others last
+    for guides, _ in more:  # the soundest candidate of each cell comes first, the others last
         _, soundest = np.unique(cells[guides["candidate"]], return_index=True)
         turn[np.delete(guides["candidate"], soundest)] += len(cells) + len(rescued)
     return _first(*together(parts + more), turn, wanted)
 
 
 def _first(guides: Columns, reaches: Columns, turn: Indices, wanted: int) -> tuple[Columns, Columns]:
-    """Return the first guides by the turns of their candidates, with their reaches."""
+    """Return the first guides in the order of their candidates, with their reaches."""
     if not len(guides["mechanism"]):
         return guides, reaches
     kept = np.argsort(turn[guides.pop("candidate")])[:wanted]

@@ -1,7 +1,7 @@
-"""Fill a database with the specimens of a collection, a transaction per block.
+"""Fill a database with the specimens of a collection, one transaction per block.
 
-Several processes may do so at once: a block that another one has stored meanwhile is not stored
-again.
+Several processes may do so at once: a block that another one has stored in the meantime is not
+stored again.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ from .fill import Progress
 
 
 class CollectOptions(NamedTuple):
-    """Specimens of a collection."""
+    """Numbers of specimens of a collection."""
 
     specimens: int = 3000  #: default number of specimens
-    block: int = 192  #: mechanisms drawn together
-    barren: int = 8  #: successive blocks without a specimen after which a family is given up
+    block: int = 192  #: number of mechanisms sampled together
+    barren: int = 8  #: number of successive blocks without a specimen after which a family is given up
 
 
 COLLECTING = CollectOptions()
 
-#: Specimens of a block at most: a mechanism may guide several things.
+#: Largest number of specimens of a block: a mechanism may guide several elements.
 MOST = 50 * COLLECTING.block
 
 
@@ -50,10 +50,10 @@ def collect(
 ) -> Progress:
     """Fill a database up to a number of specimens of a collection, evenly by family.
 
-    The blocks that are there count: an interrupted build goes on where it stopped, and a larger
-    count adds to a smaller one.  Same seed and count, same content, whole blocks; specimens of
-    another seed, plan or version of the plugin are removed first.  If not given, they are as begun,
-    or `COLLECTING.specimens` and 0; `report` is called after each block.
+    Stored blocks count: an interrupted build is continued, and a larger count extends a smaller
+    one. Equal seeds and counts give equal content, in whole blocks; specimens of another seed, plan
+    or version of the plugin are removed first. By default count and seed are those of the last
+    build, else `COLLECTING.specimens` and 0. `report` is called after each block.
 
     Raises
     ------
@@ -62,8 +62,8 @@ def collect(
     PluginError
         If the collection raises or breaks its contract.
     DatabaseError
-        If the file is damaged or locked, the disk is full, or another process draws the collection
-        otherwise.
+        If the file is damaged or locked, the disk is full, or another process samples the
+        collection with other arguments.
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
@@ -107,7 +107,7 @@ def state(database: Database, name: str) -> dict[str, Any]:
 
 
 def is_current(database: Database, collection: Collection, version: str) -> bool:
-    """Tell whether a collection was sampled completely by the present plugin."""
+    """Tell whether a collection was sampled completely by the installed version of its plugin."""
     begun = state(database, collection.name)
     return bool(begun.get("complete")) and (begun.get("plan"), begun.get("version")) == (collection.plan, version)
 
@@ -124,7 +124,7 @@ def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
 
 
 def _state(connection: Connection, name: str) -> dict[str, Any]:
-    """Return `state` as a transaction sees it."""
+    """Return `state` within a transaction."""
     kept = connection.scalar(select(Setting.value).where(Setting.key == f"collection {name}"))
     found: dict[str, Any] = json.loads(kept or "{}")
     return found
@@ -137,12 +137,12 @@ def _note(connection: Connection, name: str, values: dict[str, Any]) -> None:
 
 @contextmanager
 def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Connection]:
-    """Yield a transaction, unless another process draws the collection differently.
+    """Yield a transaction, unless another process samples the collection differently.
 
     Raises
     ------
     DatabaseError
-        If it draws with another seed or version.
+        If another process samples with another seed or version.
     """
     with database.begin() as connection:
         if not source.items() <= _state(connection, name).items():
@@ -153,7 +153,7 @@ def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Co
 
 
 def _store(connection: Connection, rows: list[dict[str, Any]]) -> int:
-    """Store a block, unless it is stored already, and return how many specimens it has."""
+    """Store a block unless it is stored already, and return its number of specimens."""
     if rows:
         block = [getattr(SpecimenRow, key) == rows[0][key] for key in ("collection", "family", "block")]
         if not connection.scalar(select(func.count(SpecimenRow.id)).where(*block)):
@@ -162,7 +162,7 @@ def _store(connection: Connection, rows: list[dict[str, Any]]) -> int:
 
 
 def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[dict[str, Any]]:
-    """Draw one block of specimens from its own stream of random numbers, as rows to store."""
+    """Sample one block of specimens from its own stream of random numbers, as rows to store."""
     rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
     compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
     try:

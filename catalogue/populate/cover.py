@@ -1,16 +1,16 @@
 """Select a cover of the sampled guides: of similar ones only one is traced and stored.
 
-A stored guide is a start, and what refinement reaches from a neighbour need not be stored.  Which
-guides are neighbours is told before they are traced, from what they are at the design position:
-pivots, guided point, tangent of its path and centre of its circle, scaled by the size of it all.
-As in `candidates.select` a point is taken as the line to it from an eye one unit above the guided
-point, and two points are as far apart as the sine of the angle of their lines: a metric, 0 to 1, in
-which points at infinity are as good as any.
+A stored guide is a start, and a guide that refinement reaches from a neighbour need not be stored.
+Neighbours are determined before guides are traced, from their geometry at the design position:
+pivots, guided point, tangent of its path and centre of its circle, scaled by their common size. As
+in `candidates.select` a point is represented by the line to it from an eye one unit above the
+guided point, and the distance of two points is the sine of the angle between their lines: a metric,
+0 to 1, which includes points at infinity.
 
-The order is drawn: each guide with a chance that grows with how badly those before it cover it (the
-seeding of Arthur and Vassilvitskii 2007, with a higher power), so that any beginning of the order
-is a cover.  Always to take the one that is covered worst (Gonzalez 1985) would begin with the
-extremes, which few requests are near.  What a workshop could hardly make counts less.
+The order is random: the probability of each guide grows with its distance from the guides before it
+(the seeding of Arthur and Vassilvitskii 2007, with a higher power), so that any first part of the
+order is a cover. An order that always takes the farthest guide (Gonzalez 1985) would begin with the
+extremes, which few requests are near. Guides that are hard to manufacture have less weight.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from .rows import at_design
 class CoverOptions(NamedTuple):
     """Distances and weights of the cover."""
 
-    near: float = 0.02  #: distance from a chosen guide up to which another one is thrown away
+    near: float = 0.02  #: distance from a selected guide up to which another one is dropped
     #: Transmission angle of a sound linkage at the design position [deg]: the lower end of
     #: textbooks.
     sound_angle: float = 40.0
     sound_link: float = 0.1  #: shortest link of a sound linkage [size]
-    least_weight: float = 0.25  #: weight of a linkage far from both
-    returning: float = 0.25  #: weight of points that return, which few requests are about
-    #: Power of the chance. Measured on 500 to 2000 guides of each of seven members: with the first
-    #: 20, or 80, the mean distance to the nearest is a tenth to a seventh less than with as many
-    #: taken at random, the ninth decile a quarter.
+    least_weight: float = 0.25  #: weight of a linkage far from both limits
+    returning: float = 0.25  #: weight of points that return, which few requests ask for
+    #: Power of the distance in the probability. Measured on 500 to 2000 guides of each of seven
+    #: members: for the first 20, or 80, the mean distance to the nearest is a tenth to a seventh
+    #: less than for as many random guides, the ninth decile a quarter less.
     power: int = 4
 
 
@@ -49,11 +49,11 @@ COVER = CoverOptions()
 
 @dataclass(frozen=True)
 class Designs:
-    """What n guides are at the design position."""
+    """Geometry of n guides at the design position."""
 
     points: Array  # unit vectors to the pivots of both dyads and to the centre of the nominal, shape (n, 5, 3)
     kind: Objects
-    weight: Floats  # how much being covered badly counts, up to 1
+    weight: Floats  # weight of the distance from the cover, up to 1
 
 
 def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Objects, pole: Mask) -> Designs:
@@ -74,7 +74,8 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Objects
     with np.errstate(all="ignore"):
         tangent = np.where(pole & (away > 1e-9), 1j * point / away, 1j)
         radius = np.where(straight, 0, (centre - point) * tangent.conj())
-        tangent = np.where(radius.imag < 0, -tangent, tangent)  # the centre lies to the left
+        # reverse the tangent so that the centre lies to its left
+        tangent = np.where(radius.imag < 0, -tangent, tangent)
         pivots = np.where(linkage.finite, linkage.points, np.nan)
         corners = np.concatenate([pivots.reshape(-1, 4), point[:, None]], axis=1)
         size = np.fmax.reduce(np.abs(corners[:, :, None] - corners[:, None]), axis=(1, 2))
@@ -90,10 +91,10 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Objects
 
 
 def order(designs: Designs, cells: Integers) -> Iterator[int]:
-    """Yield the next of n designs: first the soundest of each cell, then the worst covered ones.
+    """Yield the next of n designs: first the soundest of each cell, then those farthest from them.
 
-    `cells` (n,) are the numbers of the cells.  A cell keeps a member even if it is close to another
-    cell's.
+    `cells` (n,) are the numbers of the cells. A cell keeps a member even if it is close to a member
+    of another cell.
     """
     kinds, group = np.unique(designs.kind, return_inverse=True)
     places = [np.flatnonzero(group == k) for k in range(len(kinds))]
@@ -103,7 +104,8 @@ def order(designs: Designs, cells: Integers) -> Iterator[int]:
     best = best[np.append(True, np.diff(cells[best]) != 0)]
     first = iter(best[np.argsort(-designs.weight[best], kind="stable")].tolist())
     gap = np.ones(len(cells))
-    lot = np.random.default_rng(1895).exponential(size=len(cells))  # whose is least in parts of its chance comes first
+    # exponential variables: the smallest ratio to the probability comes first
+    lot = np.random.default_rng(1895).exponential(size=len(cells))
     while True:
         i = next(first, -1)
         if i < 0:
@@ -130,12 +132,15 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
     It is the largest distance of a point, minimised over the orientation.
     """
     poses = in_every_pose(one[None], mirror=straight)
-    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # of the point farthest off
+    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # cosine of the point farthest off
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 
 def _soundness(linkage: Linkage, size: Floats) -> Floats:
-    """Return how sound linkages are at their design positions, `COVER.least_weight` to 1, (n,)."""
+    """Return the soundness of linkages at their design positions, (n,).
+
+    It is between `COVER.least_weight` and 1.
+    """
     z = linkage.points
     with np.errstate(all="ignore"):
         links = np.stack(

@@ -1,4 +1,4 @@
-"""The guided elements of drawn linkages that are worth guiding, before anything is traced."""
+"""The guided elements of sampled linkages that are worth tracing."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ from .rows import Columns
 
 
 class ElementLimits(NamedTuple):
-    """Places of guided points."""
+    """Limits of the places of guided points."""
 
     nearest: float = 0.15  #: smallest distance from the pole [rho0]: nearer ones have short strokes
     #: largest distance from the pole [rho0]: farther ones need a bulky coupler
     farthest: float = 6.0
-    #: distance up to which a point rests at the pole, and its path returns [rho0]
+    #: distance from the pole up to which a point counts as at the pole, so that its path returns
+    #: [rho0]
     at_pole: float = 1e-9
-    #: Distance from a moving pivot up to which a guided point is that pivot, which needs no guide.
+    #: Distance from a moving pivot up to which a guided point counts as that pivot, which needs no
+    #: guide.
     nearest_pivot: float = 0.03
 
 
@@ -40,13 +42,11 @@ def elements_worth_tracing(series: Series, drawn: Drawn) -> Columns:
 
 
 def points(series: Series, drawn: Drawn, kind: str) -> Columns:
-    """Return the guided elements of a kind, of all linkages that can be used.
+    """Return the guided elements of a kind, of all usable linkages.
 
-    See `Guide` for the frame.
-
-    A moving point is guided if it can be; else, as where it is at infinity or at the pole, the
-    coupler carries a slot over the fixed one, which is a guided point of the inverse motion.
-    Points at the pole are guided to and fro.
+    See `Guide` for the frame. The moving point is guided where possible. Where it is at infinity or
+    at the pole, the coupler instead carries a slot over the fixed point, which is a guided point of
+    the inverse motion. Points at the pole travel to and fro.
     """
     circle, slots, returns = kind not in STRAIGHT, kind in SLOTS.values(), kind in RETURNS.values()
     found = []
@@ -78,7 +78,8 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
 def _worth_guiding(linkage: Linkage, pairs: Floats, circle: bool, returns: bool = False) -> Mask:
     """Tell which moving points are suitable guided points, with a suitable nominal, shape (n,).
 
-    Not a pivot, at a suitable distance (at the pole, to return), on a line or a moderate circle.
+    Suitable points are no pivots, are at a moderate distance from the pole (with `returns`, at it),
+    and move on a line or a circle of moderate size.
     """
     w, w_star = pairs[:, 0, 2], pairs[:, 1, 2]
     parallel = np.abs(linkage.sine) < DEGENERATE.parallel_sine

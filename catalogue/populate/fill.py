@@ -1,4 +1,4 @@
-"""Fill a database: decide which blocks are wanted, have them made, write them in order."""
+"""Fill a database: determine the missing blocks, have workers make them, write them in order."""
 
 from __future__ import annotations
 
@@ -36,27 +36,27 @@ from .rows import Columns
 
 
 class FillOptions(NamedTuple):
-    """Size of the default database, and the order of writing."""
+    """Size of the default database, and look-ahead of the workers."""
 
-    guides: int = 12_000  #: guides in the default database
-    ahead: int = 32  #: blocks per process that are made before those that are written first
+    guides: int = 12_000  #: number of guides in the default database
+    ahead: int = 32  #: number of blocks per process that may be made ahead of those to be written next
 
 
 FILL = FillOptions()
 
-#: What the file says of a block or a named guide that it holds already.
-TAKEN = re.compile(r"batch\.number|mechanism\.name")
+#: Error message of the database for a block or a named guide that it holds already.
+ALREADY_STORED = re.compile(r"batch\.number|mechanism\.name")
 
 
 @dataclass(frozen=True)
 class Progress:
     """State of a build, as it is reported after each block."""
 
-    guides: int  # of the chosen series, in the file
-    wanted: int  # how many there should be
-    rows: int = 0  # written by this run
-    seconds: float = 0.0  # of this run, by the clock on the wall
-    series: str = ""  # that is being made; empty when done
+    guides: int  # number of guides of the chosen series in the file
+    wanted: int  # requested number of guides
+    rows: int = 0  # number of rows written by this run
+    seconds: float = 0.0  # elapsed time of this run [s]
+    series: str = ""  # code of the current series; empty when done
     failed: tuple[str, ...] = ()  # plugins that raised, with the reason; their series are left out
 
     @property
@@ -78,14 +78,13 @@ def fill(
 ) -> Progress:
     """Fill a database up to a number of guides.
 
-    The blocks that are already there count, but the last of a member is made anew if more of it is
-    wanted; a build that was interrupted goes on where it stopped and ends with the content of one
-    that was not.  Blocks that were drawn in another way than today's are replaced.  Same seed and
-    count, same content.  The named guides are there from the start, whichever series are chosen:
-    without codes all that are registered.  How `count` is shared is said in
-    `catalogue.populate.plan`.  Blocks are made on the engine `on` (`catalogue.engines.engine`),
-    without a number in its name with as many workers as `processes`, or as processors; the content
-    is the same on every engine.  `report` is called after each block.
+    Stored blocks count, but the last block of a member is replaced if more guides of it are needed.
+    An interrupted build is continued, and ends with the content of an uninterrupted one. Blocks of
+    another sampling method are replaced. Equal seeds and counts give equal content. All registered
+    series are sampled unless `series` names some; the named guides are always written, and first.
+    `catalogue.populate.plan` describes how `count` is divided. Blocks are made on the engine `on`
+    (`catalogue.engines.engine`); if its name has no number, with `processes` workers, by default
+    one per processor. The content is the same on every engine. `report` is called after each block.
 
     Raises
     ------
@@ -104,7 +103,7 @@ def fill(
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
-    database.check()  # a file that has changed since it was sealed must not be sealed again
+    database.check()  # a file changed since it was sealed must not be sealed again
     start, rows = time.perf_counter(), 0
     sources = plan(database, registry, series or list(registry.series), count, seed)
 
@@ -118,7 +117,7 @@ def fill(
         database.set_setting(key, str(value))
     workers = engine(
         on, begin(registry.folders), count=processes, limit=BLOCKS.limit, tries=3
-    )  # memory may be short for a while
+    )  # memory may be short only for a while
     with _alone(database), database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [*old, *(batch for s in sources for batch in s.short)])
         covered = places(database)
@@ -130,9 +129,9 @@ def fill(
                 guides = _placed(block.guides, covered[source.key])
                 write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
             except sqlite3.IntegrityError as error:
-                if TAKEN.search(str(error)):
+                if ALREADY_STORED.search(str(error)):
                     raise
-                _leave_out(source, error)  # the tables refuse what the plugin gave
+                _leave_out(source, error)  # the tables reject data of the plugin
                 continue
             source.count(block.count)
             rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
@@ -147,11 +146,11 @@ def fill(
 
 @contextmanager
 def _alone(database: Database) -> Iterator[None]:
-    """Say plainly who has written a block, or a named guide, in between."""
+    """Report that another process has written a block, or a named guide, in the meantime."""
     try:
         yield
     except sqlite3.IntegrityError as error:
-        if not TAKEN.search(str(error)):
+        if not ALREADY_STORED.search(str(error)):
             raise
         raise DatabaseBusy(
             f"{database.path} is being filled by another process: wait until that has finished"

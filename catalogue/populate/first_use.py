@@ -1,4 +1,4 @@
-"""The build on first use: one process builds, others that come meanwhile wait for it."""
+"""The build on first use: one process builds, others wait for it."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ if TYPE_CHECKING:
 
 
 class FirstUse(NamedTuple):
-    """Waiting for another process that fills the file [s]."""
+    """Limits of waiting for another process that fills the file [s]."""
 
-    pause: float = 0.5  #: pause between two looks at the file
-    #: Time without a write after which the other process is taken for dead: blocks take less than
-    #: two.
+    pause: float = 0.5  #: pause between two checks of the file
+    #: Time without a write after which the other process counts as dead: blocks take less than two.
     still: float = 20.0
 
 
@@ -28,7 +27,7 @@ FIRST_USE = FirstUse()
 def build_once(catalogue: Catalogue, *, quiet: bool) -> None:
     """Build the default catalogue, or wait until another process has built it.
 
-    A build that stands still, because its process was killed, is gone on with.
+    A build that makes no progress, because its process was killed, is continued.
     """
     while not catalogue.complete:
         try:
@@ -41,7 +40,7 @@ def build_once(catalogue: Catalogue, *, quiet: bool) -> None:
 
 
 def _wait(catalogue: Catalogue) -> None:
-    """Wait until a catalogue is complete, or nobody writes to its file any more."""
+    """Wait until a catalogue is complete, or no process writes to its file any more."""
     before: tuple[int, ...] = ()
     last = time.monotonic()
     while not catalogue.complete and time.monotonic() - last < FIRST_USE.still:

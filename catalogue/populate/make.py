@@ -13,12 +13,12 @@ from ..plugin.registry import Registry
 from .block import Block, block
 
 _REGISTRY: list[Registry] = []
-#: Process that asks for blocks.
+#: Id of the process that requests blocks.
 _ASKING: list[int] = []
 
 
 def begin(folders: Sequence[str]) -> Begin:
-    """Return the preparation of a worker that makes blocks of the plugins of folders."""
+    """Return the preparation of a worker that makes blocks with the plugins of folders."""
     return Begin(_load, (tuple(folders), os.getpid()))
 
 
@@ -35,7 +35,7 @@ def make(code: str, *how: Any) -> Block:
         If the plugin fails; `WorkerKilled` if memory is short.
     """
     try:
-        if os.getpid() in _ASKING:  # no worker: what the plugin does to this process is undone
+        if os.getpid() in _ASKING:  # not in a worker: effects of the plugin on this process are undone
             with foreign(f"series {code}"):
                 return block(_REGISTRY[0].get(code), *how)
         return block(_REGISTRY[0].get(code), *how)

@@ -14,9 +14,9 @@ from ..series.named_guides import named_guides
 from ..store import PIVOTS, Database, Guide, Mechanism, remove_named_guides, stacked_pivots, write_batch
 from .rows import guide_columns, mechanism_columns, together
 
-#: The member of its series that a design is: itself.
+#: Name of the member for a design, which is the only guide in it.
 MEMBER = "design"
-#: Series of a design that no registered series can be held against.
+#: Code of the series of a design that cannot be compared with any registered series.
 UNKNOWN = "none"
 
 

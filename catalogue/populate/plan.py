@@ -1,4 +1,4 @@
-"""Plan a build: blocks of members, and numbers of guides."""
+"""Plan a build: blocks of each member, and numbers of guides."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism
 from .block import BLOCKS, Block
 
-#: A member that gives no guide in so many blocks in a row gives none.
+#: Number of successive blocks without a guide after which a member is given up.
 BARREN = 8
 
 Key = tuple[str, str]
@@ -34,8 +34,8 @@ class Held(NamedTuple):
 class Source:
     """The blocks of one member, in order.
 
-    Each block has `BLOCKS.most` guides, the last one fewer if fewer are missing.  When a larger
-    build continues the file, such blocks are `short`: they are removed and made again.
+    Each block has `BLOCKS.most` guides; the last one may have fewer. When a larger build continues
+    the file, such blocks are `short`: they are removed and made again.
     """
 
     series: Series
@@ -57,7 +57,7 @@ class Source:
         return self.series.code, self.member.key
 
     def skip(self) -> None:
-        """Go past the blocks that the file holds."""
+        """Skip the blocks that the file holds."""
         while not self.full and (block := self.held.get(self.next)):
             if block.wanted < self._missing:
                 self.short = [b.id for number, b in self.held.items() if number >= self.next]
@@ -66,15 +66,15 @@ class Source:
             self.count(block.guides)
 
     def count(self, guides: int) -> None:
-        """Go past the next block, of so many guides."""
+        """Count the next block, with its number of guides, as done."""
         self.next += 1
         self.guides += guides
         self.barren = 0 if guides else self.barren + 1
 
     @property
     def full(self) -> bool:
-        """Whether nothing more of it is wanted, or to be had."""
-        single = not self.member.parameters and self.next > 0  # one design, which the first block holds
+        """Whether the member needs, or can give, no more guides."""
+        single = not self.member.parameters and self.next > 0  # a single design, which the first block holds
         return bool(self.failure) or self.guides >= self.target or self.barren >= BARREN or single
 
     @property
@@ -92,11 +92,11 @@ class Source:
 
 
 def plan(database: Database, registry: Registry, codes: Sequence[str], count: int, seed: int) -> list[Source]:
-    """Return the sources of a build, past what the file holds.
+    """Return the sources of a build, beyond the blocks that the file holds.
 
-    A series gets a share that grows with its free parameters, as a cover needs the more members the
-    more there are; its members share it by their weights.  A member without parameters is one
-    design, which is not counted.
+    The share of a series grows with its number of free parameters, as a cover of more dimensions
+    needs more guides; its members divide it by their weights. A member without parameters is a
+    single design, which is not counted.
     """
     held = _held(database, seed)
     shares = {code: _share(registry.series[code]) for code in codes}
@@ -118,7 +118,7 @@ def _share(series: Series) -> int:
 
 
 def share_of(registry: Registry, codes: Sequence[str], count: int) -> int:
-    """Return how many of `count` guides of all series are of these, at least one."""
+    """Return the given series' part of `count` guides of all series, at least one."""
     every = sum(map(_share, registry.series.values()))
     return max(
         round(count * sum(_share(registry.series[code]) for code in codes if code in registry.series) / every), 1
@@ -126,7 +126,7 @@ def share_of(registry: Registry, codes: Sequence[str], count: int) -> int:
 
 
 def outdated(database: Database, codes: Sequence[str]) -> list[int]:
-    """Return the batches of these series that were drawn in another way than today's."""
+    """Return the batches of series that were sampled by an older method."""
     found = database.read(select(Batch.id).where(Batch.plan != PLAN, Batch.series.in_(codes)))
     return [int(number) for number in found["id"]]
 

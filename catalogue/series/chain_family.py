@@ -7,9 +7,9 @@ How to write a plugin that adds families:
 2. State the free `parameters`, each with its domain, and write `pose(p)`: from arrays (n,) by name
    to the positions of all joints in one pose, complex, shape () or (n,).  `apex` places a joint by
    two distances, as in a table of lengths.
-3. If there are slides, write `directions(p)`, a complex vector along each.
-4. If some are well known, name them in `special`, each with a test of its parameters.
-5. If it is made of four-bars, write `from_four_bars(b, c, p)`, the parameters of mechanisms made of
+3. If there are slides, write `directions(p)`, a complex vector along each. 4. If the family has
+well-known cases, name them in `special`, each with a test of its parameters. 5. If it is made of
+four-bars, write `from_four_bars(b, c, p)`, the parameters of mechanisms made of
    four-bars on fixed pivots 0 and 1: requests are answered from the planar guides, too.
 6. Put it all in a `ChainFamily`, some of these in `chain_collection`, and return that from the hook
    ``catalogue_collections``.
@@ -52,7 +52,7 @@ class ChainFamily:
     name : str
         Lower-case words with hyphens, such as ``watt-1``.
     title, source : str
-        What it is, and where it is from.
+        Title of the family, and source of the mechanism.
     structure : Structure
         Bars, joints and drive.
     point : str
@@ -60,18 +60,18 @@ class ChainFamily:
     parameters : sequence of Parameter
         Free parameters with their domains.
     pose : callable
-        From parameters (n,) by name to positions by joint, complex.
+        Maps parameters (n,) by name to positions by joint, complex.
     directions : callable
-        From the same to a complex vector along each slide.
+        Maps parameters to a complex vector along each slide.
     exact : bool
         Whether the point runs exactly along a line or circle.
     special : mapping of str to callable
         Names of well-known cases, each with a test of the parameters of one mechanism.
     from_four_bars : callable, optional
-        From four-bars (n,) to parameters by name: crank pin, rocker pin, left of the way from the
-        crank pin to the fixed pivot of the rocker, and guided point, complex, with the fixed pivots
-        of crank and rocker in 0 and 1.  The mechanism has the scale of the four-bar, and guides as
-        it does.
+        Maps four-bars (n,) to parameters by name. Arguments are the crank pin, the rocker pin (left
+        of the line from the crank pin to the fixed pivot of the rocker) and the guided point,
+        complex, with the fixed pivots of crank and rocker at 0 and 1. The mechanism has the scale
+        of the four-bar, and the same path.
 
     Raises
     ------
@@ -139,7 +139,7 @@ class ChainFamily:
         return {one.name: one.spread(shares[:, i]) for i, one in enumerate(self.parameters)}
 
     def chains(self, p: Columns) -> tuple[Chain, Mask]:
-        """Make chains of parameters (n,); return the valid ones and their mask (n,)."""
+        """Make chains from parameters (n,); return the valid ones and their mask (n,)."""
         return Chain.valid(self.structure, *self.placed(p))
 
     def placed(self, p: Columns) -> tuple[Complexes, Complexes]:
@@ -161,13 +161,13 @@ class ChainFamily:
 
 
 def apex(one: Any, first: Any, other: Any, second: Any) -> Complexes:
-    """Place joints at distances from two others, left of the way between them.
+    """Place joints at distances from two others, left of the line between them.
 
     Parameters
     ----------
     one, other : complex array_like, shape () or (n,)
     first, second : array_like, shape () or (n,)
-        Distances from them; NaN where they do not meet.
+        Distances from these joints; NaN where the circles do not meet.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""To which series given linkages belong."""
+"""Find the series to which given linkages belong."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Classification(Sequence[Memberships]):
 
     @property
     def reason(self) -> Array:
-        """What is missing of each instant, shape (n,).
+        """Reason for missing curvature of each instant, shape (n,).
 
         See `catalogue.curvature_theory.analysis.Curvature.reason`.
         """
@@ -84,7 +84,7 @@ class Classification(Sequence[Memberships]):
 
     @cached_property
     def holds(self) -> Mask:
-        """Which series hold, shape (n, k): at least one wherever a series has a residual."""
+        """Whether series hold, shape (n, k): at least one wherever a series has a residual."""
         with np.errstate(invalid="ignore"):
             found = np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
         gap = np.flatnonzero(~found.any(1) & np.isfinite(self.residual).any(1))
@@ -188,10 +188,10 @@ def classify(linkage: LinkageLike, series: Mapping[str, Series], tolerance: floa
     linkage : Linkage of n, its pivots, or a mapping of link lengths
         See `Linkage` and `catalogue.kinematics.from_lengths`.
     series : mapping of Series
-        By code.  One that raises is left out, with a `PluginWarning`.
+        Series by code. A series whose formulas raise is left out, with a `PluginWarning`.
     tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger: what the rounding of the
-        pivots makes of zero. `TOLERANCE` if not given.
+        Residual up to which a series holds, if its margin is larger: the effect of the rounding of
+        the pivots. Default: `TOLERANCE`.
 
     Raises
     ------

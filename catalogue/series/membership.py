@@ -1,4 +1,4 @@
-"""The series that one linkage belongs to, or is near to."""
+"""The series to which one linkage belongs or is near."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import overload
 
 @dataclass(frozen=True)
 class Membership:
-    """One series against one linkage.
+    """Relation of one linkage to one series.
 
     Attributes
     ----------
     residual, margin : float
-        Dimensionless distance from the series, 0 on it; and from where the series meets another
-        one: a residual beside a small margin decides little.
+        Dimensionless distance from the series, 0 on it; distance from the place where the series
+        meets another one. A residual is of little meaning if the margin is small.
     holds : bool
         Whether the linkage belongs to the series: residual at most the tolerance and margin above
         it.
@@ -33,13 +33,11 @@ class Membership:
 class Memberships(Sequence[Membership]):
     """The series that one linkage belongs to, the nearest first.
 
-    `near` are all that its family allows.
-
-    Degenerate series come before `general` and `parallel`, which surround them; among those, the
-    ones that hold before the others, of several that hold the one with the fewest free parameters,
-    of the others the one whose residual is the smallest part of its margin (counted up to 1):
-    beside a linkage near two series that meet there are always some of either, with a small
-    residual and a margin that is not much larger.
+    `near` holds all series of its family. Degenerate series come before `general` and `parallel`,
+    which surround them. Among degenerate ones, those that hold come first, in ascending number of
+    free parameters; then the others, in ascending ratio of residual to margin (counted up to 1).
+    The ratio is used because near the intersection of two series both have small residuals, with
+    margins not much larger.
     """
 
     near: tuple[Membership, ...]

@@ -28,7 +28,7 @@ class NamedGuide:
     Attributes
     ----------
     name : str
-        What ``catalogue show`` finds it by.
+        Name, which ``catalogue show`` accepts.
     pivots : nested tuple, shape (2, 2, 3)
         Dyad, (fixed, moving), (x, y, w) [the unit of the proportions].
     guided, centre : tuple of float
@@ -36,10 +36,10 @@ class NamedGuide:
     nominal : str
         ``line`` or ``circle``.
     stroke : float
-        Over which it is commonly used, half of it to either side.
+        Usual stroke, half of it to either side of the position.
     inflections : int
-        Of the path over that stroke, merged ones counted as often as they merge; 0 if it is exact,
-        or for a circle.
+        Number of inflections of the path over that stroke, merged ones with their multiplicity; 0
+        if it is exact, or for a circle.
     proportions, source, place : str
         Proportions in words; who described it, when and where; its place in the theory.
 
@@ -134,7 +134,7 @@ class NamedGuide:
         if not np.isfinite(at.rho0[0]):
             scale = along.conjugate()
             height = ((self.linkage.points[0, 0, 1] - origin) * scale).imag
-            scale /= height  # below the axis: turned round
+            scale /= height  # an axis below becomes one above by a half turn
         shift = -scale * origin
         centre = complex(*self.centre) if self.centre else complex(np.nan, np.nan)
         point, centre = (scale * z + shift for z in (complex(*self.guided), centre))
@@ -147,18 +147,18 @@ def named_guides() -> dict[str, NamedGuide]:
     Raises
     ------
     InvalidDesign
-        If one contradicts itself, or two have the same name.
+        If a guide is inconsistent, or two have the same name.
     """
     return {name: _made(name) for name in _entries()}
 
 
 def named_guide(name: str | None) -> NamedGuide | None:
-    """Return a named guide, or None if there is none of the name: only this one is traced."""
+    """Return a named guide, or None for an unknown name; no other guide is traced."""
     return None if name is None or name not in _entries() else _made(name)
 
 
 def is_named(name: str) -> bool:
-    """Tell whether a named guide has this name; none is traced."""
+    """Tell whether a named guide has this name, without tracing any."""
     return name in _entries()
 
 

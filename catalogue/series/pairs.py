@@ -12,7 +12,7 @@ from ..kinematics.types import Floats, Mask
 
 
 def point(x: object, y: object, w: object = 1.0) -> Floats:
-    """Return homogeneous points (n, 3) from coordinates that broadcast."""
+    """Return homogeneous points (n, 3) from coordinates, which are broadcast."""
     return np.stack(np.broadcast_arrays(*(np.asarray(c, dtype=float) for c in (x, y, w))), axis=-1)
 
 
@@ -81,9 +81,10 @@ def parallel_pair(y: Floats, k: Floats, k_star: Floats) -> Floats:
 
 
 def roots(total: Floats, product: Floats) -> tuple[Floats, Floats]:
-    """Roots of t^2 - total t + product = 0, the larger one first; NaN where they are imaginary.
+    """Return the roots of t^2 - total t + product = 0, the larger one first; NaN if imaginary.
 
-    A discriminant that is zero but for rounding is zero."""
+    A discriminant within rounding of zero counts as zero.
+    """
     square = total * total - 4 * product
     square = np.where(np.abs(square) < 1e-10 * (total * total + np.abs(product)), 0.0, square)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -92,10 +93,10 @@ def roots(total: Floats, product: Floats) -> tuple[Floats, Floats]:
 
 
 def alike(t: Floats, u: Floats | float) -> Mask:
-    """Tell where two tangents are equal within rounding, at the sizes of the domains."""
+    """Tell where two tangents are equal within rounding, for values within the domains."""
     return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
 
 
 def without(pairs: Floats, taken: Mask) -> Floats:
-    """Return pairs (n, 2, 3) with NaN where they are given elsewhere."""
+    """Return pairs (n, 2, 3), with NaN where `taken`: other elements include these."""
     return np.where(taken[:, None, None], np.nan, pairs)

@@ -1,11 +1,10 @@
-"""Posed problems: a point that is to be guided, how, and which pivots are given.
+"""Posed problems: a point to be guided, the kind of its path, and given pivots.
 
-A series may have closed answers.
-
-A problem is one pair, the centre A and the point A*, of which one may lie at infinity: without a
-centre the path is a straight line, without a point the coupler carries a straight slot over the
-centre.  The inverse problem exchanges them, and fixed pivots with moving ones; so what a series
-solves for given fixed pivots its inversion solves for moving ones.
+A series may have closed-form solutions. A problem is one pair, the centre A and the point A*, one
+of which may be at infinity: without a centre the path is a straight line, without a point the
+coupler carries a straight slot over the centre. The inverse problem exchanges the two, and fixed
+pivots with moving ones. So a series that solves problems of given fixed pivots has an inversion
+that solves those of moving ones.
 """
 
 from __future__ import annotations
@@ -23,10 +22,10 @@ from ..kinematics.types import Array, Complexes, Floats, Mask, read_only
 
 
 class PosedTolerance(NamedTuple):
-    """When points are special in a posed problem."""
+    """Tolerances for special positions in a posed problem."""
 
-    #: Distance from the pole up to which a point is there, and is not guided to order 3 [distances
-    #: of the pivots].
+    #: Distance from the pole up to which a point counts as at the pole, and so is not guided to
+    #: order 3 [distances of the pivots].
     at_pole: float = 1e-9
     mirrored: float = 1e-9  #: difference up to which two points are mirror images [their distance]
 
@@ -44,10 +43,10 @@ class Posed:
         ``fixed`` or ``moving``: both such pivots; ``crank``: the fixed and the moving pivot of one
         crank.
     pivots : complex ndarray, shape (n, 2)
-        The given pivots in that position.
+        The given pivots in the posed position.
     point, centre : complex ndarray, shape (n,)
-        The guided point, and the centre of its path; NaN where at infinity, for the whole batch
-        alike.
+        The guided point, and the centre of its path; NaN where at infinity, which must hold for the
+        whole batch.
     axis : complex ndarray, shape (n,)
         Unit vectors across the path, from the centre to the point.
     """
@@ -105,9 +104,9 @@ def unit(a: Array) -> Complexes:
 
 
 def four_bars(fixed: Complexes, moving: Sequence[tuple[Complexes, Complexes]]) -> Floats:
-    """Assemble pivots (n, k, 2, 2, 3) from fixed and moving ones of k solutions.
+    """Assemble pivots (n, k, 2, 2, 3) from the fixed and moving pivots of k solutions.
 
-    NaN where not finite.
+    NaN where they are not finite.
     """
     both = np.stack([np.stack(pair, axis=-1) for pair in moving], axis=1)  # (n, k, 2)
     z = np.stack(np.broadcast_arrays(fixed[:, None], both), axis=-1)
@@ -116,19 +115,19 @@ def four_bars(fixed: Complexes, moving: Sequence[tuple[Complexes, Complexes]]) -
 
 
 def circle_through(a: Complexes, b: Complexes, c: Complexes) -> Complexes:
-    """Centres of the circles through three points; NaN or infinite if they lie on a line."""
+    """Compute the centres of circles through three points; NaN or infinite for collinear ones."""
     p, q = b - a, c - a
     return np.asarray(a + 1j * (p * np.abs(q) ** 2 - q * np.abs(p) ** 2) / (2 * (np.conj(p) * q).imag))
 
 
 def equidistant(start: Complexes, along: Complexes, a: Complexes, b: Complexes) -> Complexes:
-    """Points of lines that are equally far from two others."""
+    """Compute the points of lines that are equidistant from two given points."""
     p, q = a - start, b - start
     return np.asarray(start + along * (np.abs(p) ** 2 - np.abs(q) ** 2) / (2 * dot(along, p - q)))
 
 
 def on_ray(pole: Complexes, point: Complexes, normal: Complexes, inverse_diameter: Floats) -> Complexes:
-    """Compute moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
+    """Compute the moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
     ray = unit(point - pole)
     return np.asarray(pole + ray / (1 / np.abs(point - pole) + inverse_diameter / dot(normal, ray)))
 
@@ -141,9 +140,9 @@ def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes)
 
 
 def poles_by_two_cranks(posed: Posed) -> list[tuple[Complexes, Complexes, int]]:
-    """Solve the four configurations with the ray of one crank on an axis of the pole.
+    """Compute the poles in four configurations: the ray of one crank is a pole axis.
 
-    The other crank stands on a circle through the pole, which gives a quadratic for each.  Returns
+    The other crank stands on a circle through the pole, which gives a quadratic for each. Return
     (pole, unit vector from it, number of the crank).
     """
     local = (posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]

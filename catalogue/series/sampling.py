@@ -1,4 +1,4 @@
-"""Draw linkages of a series: a scrambled Sobol sequence over the domain of a member, in blocks."""
+"""Sample linkages of a series: a scrambled Sobol sequence over a member's domain, in blocks."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats, Mask
 from .series import Member, Parameters, Series, lent
 
-#: Samples per block, a power of two as the sequence wants.
+#: Samples per block: a power of two, which the sequence requires.
 BLOCK = 1024
-#: Changed whenever the same seed would give other content: blocks of another plan are not mixed
-#: with these.
+#: Version of the sampling method, to be changed whenever equal seeds would give other content:
+#: blocks of different versions are not mixed.
 PLAN = "7"
 
 
@@ -32,7 +32,7 @@ PROPORTIONS = Proportions()
 
 @dataclass(frozen=True)
 class Drawn:
-    """Linkages kept from one block, with the parameters they came from (all, free and derived)."""
+    """Linkages kept from one block, with all their parameters, free and derived."""
 
     linkage: Linkage
     free: dict[str, Floats]
@@ -71,7 +71,7 @@ def draw_at(member: Member, shares: Floats) -> Drawn:
 
 
 def in_proportion(linkage: Linkage) -> Mask:
-    """Return which linkages are in proportion: no far pivot, tiny or too unequal link, (n,)."""
+    """Tell which linkages are in proportion: no far pivot, tiny or too unequal link, (n,)."""
     z, finite = linkage.points, linkage.finite
     far = np.where(finite, np.abs(z), 0).max(axis=(1, 2))
     i, j = np.array([(0, 1), (2, 3), (1, 3), (0, 2)]).T  # cranks, coupler, frame

@@ -35,13 +35,13 @@ Parameters = Mapping[str, Array]
 
 
 def lent(parameters: Parameters) -> Parameters:
-    """Return parameters as a plugin is given them: copies, to which it cannot write."""
+    """Return parameters as lent to a plugin: read-only copies."""
     return MappingProxyType({name: read_only(values) for name, values in parameters.items()})
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A free parameter: its name, the union of intervals it may lie in, and what it means."""
+    """A free parameter: its name, the intervals of its domain, and its meaning."""
 
     name: str
     domain: tuple[tuple[float, float], ...]
@@ -64,7 +64,7 @@ class Parameter:
         return np.asarray(low[k] + (at - start[k]))
 
     def holds(self, values: Floats) -> Mask:
-        """Return where values lie in the domain."""
+        """Tell where values lie in the domain."""
         return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
 
 
@@ -80,15 +80,15 @@ class Member:
     Parameters
     ----------
     name : str
-        ``general``, or what makes it special (``symmetric``, ``pseudo-undulation`` ...).
+        ``general``, or the special condition (``symmetric``, ``pseudo-undulation`` ...).
     parameters : sequence of Parameter
-        The free ones; they are what is sampled and stored.
+        The free parameters, which are sampled and stored.
     pivots : callable
-        From all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2,
+        Maps all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2,
         3).
     derive : callable, optional
-        From the free parameters to those that the sub-family's condition determines; `pivots` and
-        the series' `guided` are given both.
+        Maps the free parameters to those determined by the condition of the sub-family; `pivots`
+        and the series' `guided` receive both.
     weight : float
         Share of this member in a sample of the series.
     """
@@ -138,12 +138,12 @@ class Guided:
     Attributes
     ----------
     label : str
-        Such as ``[3]`` for a principal pair or ``undulation``.
+        Label, such as ``[3]`` for a principal pair, or ``undulation``.
     pairs : ndarray, shape (n, 2, 3)
-        Fixed and moving point, homogeneous: fixed at infinity = straight path, moving at infinity =
-        straight slot. NaN where it is imaginary, or no guide.
+        Fixed and moving point, homogeneous: a fixed point at infinity means a straight path, a
+        moving point at infinity a straight slot. NaN where the element is imaginary, or no guide.
     order : int or ndarray of int, shape (n,)
-        Order of contact, `EXACT` if the finite motion keeps it.
+        Order of contact; `EXACT` if the point stays on its nominal over the finite motion.
     """
 
     label: str
@@ -165,26 +165,26 @@ class Series:
     Parameters
     ----------
     code : str
-        As in ``II*.xy``.
+        Code, such as ``II*.xy``.
     title : str
-        One line for people.
+        Title in one line.
     inverse : str
         Code of the inverse series; its own if it is self-inverse.
     source : str
-        Where the theory stands.
+        Source of the theory.
     members : sequence of Member
     classify : callable
-        From an `Instant` of n linkages to residual (n,) and margin (n,).
+        Maps an `Instant` of n linkages to residual (n,) and margin (n,).
     guided : callable
-        From the complete parameters of a member to its `Guided` elements, one of each label, NaN
+        Maps the complete parameters of a member to its `Guided` elements, one of each label, NaN
         where there is none.
     solve : callable, optional
-        Closed-form answers to posed problems: from a `Posed` of n problems to pivots (n, k, 2, 2,
-        3) in its frame, NaN where there are fewer than k; None if it has none for what is given.
-        Each guides to order 3 at least.
+        Closed-form solution of posed problems: maps a `Posed` of n problems to pivots (n, k, 2, 2,
+        3) in its frame, NaN where there are fewer than k, or to None if it cannot use the given
+        pivots. Each solution guides the point to order 3 at least.
     degenerate : bool
-        False for a class that degenerate ones bound, such as all linkages with a finite pole: it is
-        nearest to a linkage only where no degenerate series is known.
+        False for a general class, such as all linkages with a finite pole, of which degenerate
+        series are limits: it is nearest to a linkage only where no degenerate series is known.
     origin : str
         File or package it comes from, as the registry notes it.
 
@@ -227,11 +227,11 @@ class Series:
         return list(dict.fromkeys(m.family for m in self.members))
 
     def dimension(self, family: str) -> int:
-        """How many free parameters the largest member of a family has; 0 where there is none."""
+        """Return the number of free parameters of the largest member of a family, 0 without any."""
         return max((len(m.parameters) for m in self.members if m.family == family), default=0)
 
     def member(self, key: str) -> Member:
-        """Return the member with that key."""
+        """Return the member with the given key."""
         named = {m.key: m for m in self.members}
         if key not in named:
             raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(named)}")
@@ -243,7 +243,7 @@ class Series:
         Raises
         ------
         PluginError
-            If `solve` raises, or gives no such thing.
+            If `solve` raises, or returns something else.
         """
         found, n = None, len(posed.axis)
         if self.solve:
@@ -256,12 +256,12 @@ class Series:
         return np.zeros((n, 0, 2, 2, 3)) if found is None else found
 
     def residuals(self, instant: Instant) -> tuple[Floats, Floats]:
-        """Return what `classify` gives of n linkages, residual and margin, shape (n,).
+        """Return residual and margin of n linkages by `classify`, shape (n,).
 
         Raises
         ------
         PluginError
-            If it raises, or gives no such thing.
+            If `classify` raises, or returns something else.
         """
         n = len(instant.linkage)
         with foreign(f"series {self.code}"):
@@ -293,13 +293,13 @@ def _inverted(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], A
 
 
 def inverse_family(name: str) -> str:
-    """Return the family into which inversion carries a family."""
+    """Return the family of the inversions of a family."""
     swap = {0: 0, 1: 2, 2: 1}
     kinds = sorted(swap[k] for k in FAMILIES[name])
     return next(other for other, pair in FAMILIES.items() if sorted(pair) == kinds)
 
 
 def inverse_words(text: str) -> str:
-    """Return a name with undulation and cuspidation exchanged, as inversion does."""
+    """Exchange undulation and cuspidation in a name, as inversion does."""
     swap = {"undulation": "cuspidation", "cuspidation": "undulation"}
     return re.sub("undulation|cuspidation", lambda found: swap[found[0]], text)
