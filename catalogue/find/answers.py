@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 #: Format marker of a file of answers.
 FORMAT = "mechanism-catalogue answers"
-#: Fields with names, or none, from plugins.
+#: Fields that hold names from plugins, or None.
 NAMES = ("family", "series", "configuration", "nearest_series")
 
 Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate, OwnChain, ChainStretch or CollectionCandidate
@@ -164,7 +164,7 @@ def load(path: str | Path, collection: Callable[[str], Collection] | None = None
 
 
 def is_saved(held: Any) -> bool:
-    """Tell whether the content of a JSON file is saved answers."""
+    """Tell whether the content of a JSON file is a list of saved answers."""
     return isinstance(held, dict) and held.get("format") == FORMAT and isinstance(held.get("answers"), list)
 
 
@@ -285,7 +285,7 @@ def _sound(one: Answer) -> Answer:
     if isinstance(one, PlacedGuide):
         Linkage(one.pivots)
     if isinstance(one, OwnChain):
-        _ = one.read  # refuses what is no mechanism
+        _ = one.read  # fails unless the data describe a mechanism
     if isinstance(one, Candidate) and one.arc_angle is not None:
         consistent_arc(one.stroke, positive("radius", one.radius), one.arc_angle)
     return one

@@ -178,7 +178,7 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
         Raises
         ------
         InvalidRequest
-            As `PlacedGuide.motion`; also over the stroke of a point that returns.
+            See `PlacedGuide.motion`; also for the stroke of a point that returns.
         """
         driver = self.driver if driver is None else driver
         if switch("whole", whole):
@@ -204,16 +204,16 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
 
     @cached_property
     def _run(self) -> Run:
-        """The run over the stroke.
+        """The motion over the stroke.
 
-        Of a point that returns, from one end of its path to its rest and back.
+        For a point that returns, from one end of its path to the point of rest and back.
         """
         from ..guidance.circuit_curve import CircuitCurve
         from ..kinematics.circuits import circuits
 
         here, traced = self.traced
         found = circuits(self.linkage)[:1]
-        if isinstance(here, CircuitCurve):  # runs from start to end already
+        if isinstance(here, CircuitCurve):  # a `CircuitCurve` runs from the start of the path to its end already
             low, high = (float(here.motion.middle[0] + end[0]) for end in (traced.low, traced.high))
             return Run(self, found, low, high)
         start = found if np.array_equal(here.linkage.pivots, found.linkage.pivots) else circuits(here.linkage)[:1]
@@ -257,7 +257,7 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
 
     @cached_property
     def traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
-        """Coupler curve, and measurements over the stroke; cached."""
+        """Coupler curve and its measurements over the stroke; cached."""
         here, traced = self._traced()
         if not np.isfinite(traced.fit.deviation).all():
             raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {self.stroke:g}")
@@ -383,7 +383,7 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
 
     @property
     def run_length(self) -> float:
-        """Length of the deviation's axis in drawings: the stroke; of a wide arc its arc length."""
+        """Length of the deviation's axis in drawings: the stroke; the arc length of a wide arc."""
         if self.radius is None or self.arc_angle is None or not self.is_wide:
             return self.stroke
         return self.radius * math.radians(self.arc_angle)

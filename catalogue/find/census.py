@@ -18,8 +18,9 @@ from ..series.sampling import in_proportion
 from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism, Reach, SpecimenRow
 
-#: Sampled points of a member's domain: enough to hit configurations of 0.2 % of it.
-LOOK = 2048
+#: Number of sampled points of a member's domain: enough to find configurations that fill 0.2 % of
+#: it.
+SAMPLED_POINTS = 2048
 #: Configurations of a linkage in general position by family (Allievi 1895, sec. 3).
 NORMAL = {
     "four-bar": ("PP", "PX", "PN", "XX", "XN", "NN"),
@@ -30,10 +31,10 @@ NORMAL = {
     "oldham": ("CC",),
 }
 #: Four-bar configurations of the series I, II, II*, III and III* by Allievi's count (sec. 22).  His
-#: six additional ones are unknown without his figures: he may count II.yy as the six of I.yy, three
-#: of which are impossible.
+#: six additional ones cannot be identified without his figures: he may count II.yy as the six of
+#: I.yy, three of which are impossible.
 ALLIEVI_COUNT = 54
-#: These configurations by the letters of the dyads.
+#: Number of these configurations when counted by the letters of the dyads.
 LETTER_COUNT = 48
 
 
@@ -109,7 +110,7 @@ def _why(drawn: int, sound: int, guiding: int) -> str:
 def _configurations(series: Series, member: Member) -> dict[str, Array]:
     """Count samples of a member by configuration: drawn, well-proportioned, guiding."""
     random = np.random.default_rng(1895)
-    free = {p.name: p.spread(random.random(LOOK)) for p in member.parameters}
+    free = {p.name: p.spread(random.random(SAMPLED_POINTS)) for p in member.parameters}
     linkage, valid = Linkage.valid(member.synthesise(free))
     guides = np.zeros(len(valid), bool)
     for one in series.guided(member.complete(free)):

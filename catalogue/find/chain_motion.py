@@ -28,13 +28,13 @@ DEAD_POINT = "dead point: {} cannot be driven through"
 class ChainMotion:
     """The motion of a mechanism at m positions; arrays of shape (m,).
 
-    Velocities and accelerations are derivatives by the drive: by its angle [rad], of a slider by
-    its way [length].  At a dead point they are NaN, and `reason` says so.
+    Velocities and accelerations are derivatives by the drive: by its angle [rad], or by the
+    displacement of a driving slider [length]. At a dead point they are NaN, and `reason` says so.
 
     Attributes
     ----------
     drive : ndarray
-        Angle of the drive from its given pose [deg]; of a slider its way [length].
+        Angle of the drive from its given pose [deg]; for a slider its displacement [length].
     angles : dict of str to ndarray
         Angle of each moving bar from its given pose, continuous [deg].
     ratios, angular_accelerations : dict of str to ndarray

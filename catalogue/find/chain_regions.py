@@ -1,7 +1,8 @@
 """Fit mechanisms of many bars into regions, as given or in a mirror.
 
-Bars are segments between their joints; wheels stand for their joints.  The guided path is the same
-in a mirror at mid-path, and of a line also in a mirror in it: four images of a line, two of an arc.
+Bars are segments between their joints; wheels stand for their joints.  A mirror at mid-path leaves
+the guided path unchanged, as does a mirror in a straight path: a line permits four images, an arc
+two.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Regions:
         return cls(request.stroke, {(reverse, over): here.mirrored(reverse, over) for reverse, over in flips})
 
     def best_image(self, places: Places) -> Image:
-        """Select the mirror image of least excess, the given one in doubt."""
+        """Select the mirror image of least excess; ties go to the given one."""
         unit = Places(*(z / self.stroke for z in (places.fixed, places.joints, places.bars)))
         best: Image | None = None
         for (reverse, over), wanted in self.images.items():
@@ -67,7 +68,7 @@ class Regions:
 
 
 def _excess(places: Places, wanted: Constraints) -> dict[str, float]:
-    """Compute by how much places leave the regions they must stay in, or enter others [strokes]."""
+    """Compute how far places leave the regions they must stay in, or enter others [strokes]."""
     middle = places.joints[len(places.joints) // 2]
     found = {
         name: _outside(region, z)

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 class CodeOptions(NamedTuple):
-    """Codes of answers, and the file that keeps them."""
+    """Options of codes, and of the file that keeps answers."""
 
-    kept: int = 20_000  #: latest records to keep: about 40 MB, and two thousand searches
+    kept: int = 20_000  #: number of latest records to keep: about 40 MB, and two thousand searches
     #: Length of a code [characters]: 22 * 32^6 codes; on a collision the code is one character
     #: longer.
     length: int = 7
@@ -33,7 +33,8 @@ class CodeOptions(NamedTuple):
 
 CODES = CodeOptions()
 
-#: Letters of codes, no two alike to the eye.  A code begins with a letter, so it is no number.
+#: Letters of codes, all distinct to the eye. A code begins with a letter, so it is not taken for a
+#: number.
 LETTERS = "abcdefghjkmnpqrstvwxyz"
 DIGITS = "0123456789"
 #: Application id in the SQLite header of a file of answers ("mcan"), to refuse other databases.
@@ -165,7 +166,7 @@ def _remedy(error: Exception) -> str:
 
 
 def _is_of_answers(file: sqlite3.Connection) -> bool:
-    """Return whether a database is one of answers, or an empty one that may become one."""
+    """Tell whether a database holds answers, or is empty and can hold them."""
     (mark,) = file.execute("PRAGMA application_id").fetchone()
     (version,) = file.execute("PRAGMA user_version").fetchone()
     tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE sql IS NOT NULL")}

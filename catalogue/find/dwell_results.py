@@ -101,7 +101,7 @@ class DwellCandidate(PlacedGuide):
     unit: str | None = None  #: unit of the lengths; None if unknown
 
     meanings = DWELL
-    pole = None  # never at a change point
+    pole = None  # a dwell is never at a change point
     __hash__ = PlacedGuide.__hash__
 
     @cached_property

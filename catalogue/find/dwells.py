@@ -47,7 +47,7 @@ SEARCH = DwellSearch()
 
 #: Trial lengths of the rocker over that of the rod, about a factor of 1.4 apart.
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
-#: Trial directions from the joint to the pivot of the rocker, 10 degrees apart.
+#: Trial directions from the joint to the rocker's pivot, 10 degrees apart.
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
 #: Step sizes of the pattern search: of the pivot [rods], of the joint [rods x residual].
 STEPS = (0.2, 0.1, 0.05, 0.025)

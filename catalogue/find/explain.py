@@ -46,18 +46,19 @@ if TYPE_CHECKING:
 
 #: Number of starting points for each relaxation.
 STARTS = 8
-#: Rounds of refinement of each.
+#: Rounds of refinement of each relaxation.
 ROUNDS = 6
-#: Margins by which a bound is relaxed beyond the point found, for a search to find it again.  The
-#: first that gives an answer is offered; once there is an offer only the wider one is tried.
-ROOMS = (0.1, 0.2)
+#: Margins by which a bound is relaxed beyond the point found, so that a search finds it again. The
+#: first margin that gives an answer is offered; after a first offer only the wider one is tried.
+BOUND_MARGINS = (0.1, 0.2)
 #: Relaxation above which a smaller one is tried [e-folds of the deviation, strokes, radians,
 #: fraction of a bound].
-FAR_OFF = 0.2
-#: Most attempts at a smaller relaxation.
-CLOSER = 3
-#: Relaxation that is offered only if no pair of constraints needs less: twenty times the deviation.
-ABSURD = 3.0
+LARGE_RELAXATION = 0.2
+#: Largest number of attempts at a smaller relaxation.
+MAX_REDUCTIONS = 3
+#: Relaxation that is offered only if no pair of constraints needs a smaller one: twenty times the
+#: deviation.
+ABSURD_RELAXATION = 3.0
 #: Note on offers: each was tested; none is proved to be minimal.
 LESS = "a smaller change may suffice"
 #: Beginning of the offers.
@@ -68,7 +69,7 @@ REMEDIES = "tested remedies"
 class Relaxation:
     """An option of the command with a looser bound.
 
-    Without a `value` the option is to be left out.
+    Without a `value` the option must be omitted.
     """
 
     option: str
@@ -222,7 +223,8 @@ class Explanation:
             if (amount > WEIGHTS.rounding).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
-        every = [*refined.values()][: 1 if self.problem.constraints.given else None]  # then all are equal
+        # with prescribed pivots all entries are equal
+        every = [*refined.values()][: 1 if self.problem.constraints.given else None]
         trials = [
             (float(self._least(source[1], names).min()), names, source)
             for names in (*combinations(refined, 1), *combinations(refined, 2))
@@ -232,9 +234,9 @@ class Explanation:
         for absurd, count in product((False, True), (1, 2)):
             offered: dict[tuple[str, ...], tuple[Relaxation, ...]] = {}
             for least, names, source in trials:
-                if len(names) != count or (least > ABSURD) != absurd or names in offered:
+                if len(names) != count or (least > ABSURD_RELAXATION) != absurd or names in offered:
                     continue
-                if best := self._best(*source, names, ROOMS[-1:] if offered else ROOMS):
+                if best := self._best(*source, names, BOUND_MARGINS[-1:] if offered else BOUND_MARGINS):
                     offered[names] = best
             if offered:
                 return [*offered.values()]
@@ -244,7 +246,7 @@ class Explanation:
     def _least(broken: Feasibility, names: tuple[str, ...]) -> Floats:
         """Sum the violations of some constraints, shape (n,).
 
-        Infinite if others are violated too.
+        It is infinite where other constraints are violated too.
         """
         amount = np.sum([broken.amounts[name] for name in names], axis=0)
         rest = [broken.amounts[name] for name in broken.amounts if name not in names]
@@ -263,7 +265,7 @@ class Explanation:
         for room in rooms if amount[best] > WEIGHTS.rounding else ():
             bounds = {name: self._value(name, one, room) for name in names}
             if (answers := self._answers(bounds, one)) is not None:
-                if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
+                if len(names) == 1 and amount[best] > LARGE_RELAXATION and not self.problem.constraints.given:
                     closer = self._closer(names[0], bounds, amount[best], answers)
                     bounds = closer if self._is_found(closer) else bounds
                 if self._is_found(bounds):
@@ -272,15 +274,15 @@ class Explanation:
 
     def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
         """Reduce the relaxation of one constraint, starting from the answers it gave."""
-        for _ in range(CLOSER):
+        for _ in range(MAX_REDUCTIONS):
             found = relaxed(self.problem, answers, name)
             broken = feasibility(self.problem, found)
             less = self._least(broken, (name,))
             best = int(np.argmin(less))
-            if not WEIGHTS.rounding < less[best] < amount - FAR_OFF:
+            if not WEIGHTS.rounding < less[best] < amount - LARGE_RELAXATION:
                 break
             one = found[np.array([best])]
-            nearer = {name: self._value(name, one, ROOMS[0])}
+            nearer = {name: self._value(name, one, BOUND_MARGINS[0])}
             again = self._answers(nearer, one)
             if again is None:
                 break
@@ -291,8 +293,8 @@ class Explanation:
         """Search with constraints relaxed to these bounds; None if there is no answer.
 
         With prescribed pivots this is the full search.  Otherwise only starts close to the
-        candidate are refined: others seldom find an answer that these miss, and take longest where
-        there is none.
+        candidate are refined: other starts seldom find an answer that these miss, and take longest
+        where no answer exists.
         """
         looser = self._looser(bounds)
         if looser.constraints.given:
@@ -303,16 +305,16 @@ class Explanation:
         return Search(looser, self.database, enough=1).answers_near(one)
 
     def _is_found(self, bounds: dict[str, Any]) -> bool:
-        """Return whether a search under these bounds has an answer, as the user will run it."""
+        """Tell whether a search under these bounds finds an answer when the user runs it."""
         from .find import is_answered
 
-        looser = replace(self._looser(bounds), effort=0)  # it ends with what a longer one begins with
-        if looser.constraints.given:  # it was searched in full
+        looser = replace(self._looser(bounds), effort=0)  # a search with effort 0 is the first part of a longer one
+        if looser.constraints.given:  # `_answers` has run the full search
             return True
         return is_answered(self.database, looser)
 
     def _looser(self, bounds: dict[str, Any]) -> Problem:
-        """Return the problem of one answer under other bounds."""
+        """Return the problem for one answer under other bounds."""
         problem = self.problem
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
@@ -330,7 +332,7 @@ class Explanation:
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Compute the bound that admits a candidate, in the user's unit and few digits.
 
-        A region for a region; None if the constraint must be left out.
+        A constraint on a region gives a region; None means that it must be omitted.
         """
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name in PIVOT_REGIONS:
@@ -347,7 +349,7 @@ class Explanation:
         return rounded(float(value[0]), room, up=name not in BOUNDS or BOUNDS[name].is_upper)
 
     def _relaxation(self, name: str, value: Any) -> Relaxation:
-        """Format a bound as an option, with the requested one."""
+        """Format a relaxed bound as an option, beside the requested bound."""
         if value is None:
             return Relaxation(option(name))
         if isinstance(value, Region):
@@ -377,7 +379,7 @@ def _with_value(name: str, value: Any) -> str:
 
 
 def rounded(value: float, room: float, *, up: bool) -> float | None:
-    """Round a bound that admits a value, with a margin, to four digits; None if not positive."""
+    """Round a bound up or down, with a margin, to four digits; None if not positive."""
     value = value * (1 + room if up else 1 - room)
     if not (math.isfinite(value) and value > 0):
         return None

@@ -44,7 +44,7 @@ class Selection:
 
 
 class SearchOptions(NamedTuple):
-    """How a problem is searched for."""
+    """Options of the search for a problem."""
 
     refine: bool = True  #: refine candidates; otherwise only retrieve them
     cognates: bool = False  #: add the cognates of all candidates
@@ -52,10 +52,10 @@ class SearchOptions(NamedTuple):
     #: [strokes]
     round_to: float | None = None
     given: CandidateBatch | None = None  #: further starts
-    #: whether these are answers to a tighter problem: the search ends early where they are good
+    #: whether `given` are answers to a tighter problem: the search ends early where they are good
     #: enough
     warm: bool = False
-    follow: bool = False  #: whether no search is run where such answers fill the list within the gap
+    follow: bool = False  #: whether to omit the search where such answers fill the list within the gap
 
 
 def find(
@@ -63,8 +63,8 @@ def find(
 ) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
-    With `warm` the starts are answers to a tighter request, and the search ends with answers as
-    good as these; with `follow` too, none is run where they fill the list within the gap.
+    With `warm` the starts are answers to a tighter request, and the search ends once its answers
+    are as good. With `follow` too, no search is run where the starts fill the list within the gap.
     """
     report, options = SearchReport(), _options(catalogue, request, starts, warm=warm, follow=follow)
     if request.constraints.given:
@@ -83,7 +83,7 @@ def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()
         now = {(number, search.least) for number, search in enumerate(every) if np.isfinite(search.least)}
         if not now <= seen and (chosen := selected(problem, every, report, options)) is not None:
             value = float(cost(problem, chosen.found)[0])
-            if problem.ranking.front or value <= best:  # measured in full, what seemed better may not be
+            if problem.ranking.front or value <= best:  # measured in full, an answer may turn out no better
                 best = value
                 yield _told(catalogue, request, report, chosen)
         seen |= now
@@ -93,7 +93,7 @@ def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()
 def _options(
     catalogue: Catalogue, request: Request, starts: Iterable[Any], *, warm: bool = False, follow: bool = False
 ) -> SearchOptions:
-    """Check a request, and return how to search for it."""
+    """Check a request, and return the options of its search."""
     problem, constraints = request.problem, request.constraints
     step = None if request.round_to is None else request.round_to / problem.stroke
     if problem.is_wide:
@@ -157,7 +157,7 @@ def searched(database: Database, problem: Problem, report: SearchReport, options
 
 
 def is_answered(database: Database, problem: Problem) -> bool:
-    """Return whether a search finds an answer, and end it with the first."""
+    """Tell whether a search finds an answer; stop at the first one."""
     report, options, every = SearchReport(), SearchOptions(), list[Search]()
     for every in _searches(database, problem, report, options):
         if np.isfinite(every[-1].least) and selected(problem, every, report, options) is not None:
@@ -168,7 +168,7 @@ def is_answered(database: Database, problem: Problem) -> bool:
 def _last(
     database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
-    """Select from all searches; where that fails without effort, search with some."""
+    """Select from all searches; if a search with effort 0 finds none, search with effort 1."""
     chosen = selected(problem, every, report, options)
     if chosen is not None or problem.effort or report.nearest is None:
         return chosen
@@ -178,7 +178,7 @@ def _last(
 def _searches(
     database: Database, problem: Problem, report: SearchReport, options: SearchOptions
 ) -> Iterator[list[Search]]:
-    """Search round by round; yield after each the searches begun so far."""
+    """Search round by round; after each round yield all searches begun so far."""
     sought, starts = _sought(problem, options)
     budget = EXPLORING if options.warm and not options.follow else BUDGET
     every: list[Search] = []
@@ -215,7 +215,7 @@ def _sought(problem: Problem, options: SearchOptions) -> tuple[Problem, Candidat
 
 
 def _from_known(problem: Problem, report: SearchReport, options: SearchOptions) -> Selection | None:
-    """Select from the answers to a tighter problem; None where they do not suffice."""
+    """Select from the answers to a tighter problem; None if they are too few or too costly."""
     sought, known = _sought(problem, options)
     if known is None or not options.refine:
         return None
@@ -227,7 +227,7 @@ def _from_known(problem: Problem, report: SearchReport, options: SearchOptions) 
 def _verified(
     problem: Problem, found: CandidateBatch, report: SearchReport, options: SearchOptions
 ) -> Selection | None:
-    """Select the feasible ones of candidates found, verified on their finite motion."""
+    """Select the feasible candidates, verified on their finite motion."""
     if any(mirrors := problem.mirrors):
         found = mirror_image(problem.tightened(), found, *mirrors)
     report.nearest = found

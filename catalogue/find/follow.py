@@ -17,17 +17,17 @@ from ..search.search import BUDGET
 
 
 class FollowOptions(NamedTuple):
-    """How far known answers are refined."""
+    """Options of the refinement of known answers."""
 
-    refined: int = 4  #: best answers refined for a round
-    kept: int = 2  #: of these, refined farther where the round gains
-    rounds: int = 5  #: further rounds
-    #: Gain of a round that is worth another: a hundredth of a point of score.
+    refined: int = 4  #: number of best answers refined for one round
+    kept: int = 2  #: number of these refined further if that round gains
+    rounds: int = 5  #: number of further rounds
+    #: Least gain of a round that is followed by another: a hundredth of a point of score.
     gain: float = 1e-4
 
 
 FOLLOW = FollowOptions()
-#: Budget of a search from known answers that explores for the requests beside it too.
+#: Budget of a search from known answers that also explores requests beside the given one.
 EXPLORING = replace(BUDGET, beside=20, known_followed=10)
 
 
@@ -38,12 +38,12 @@ def followed(problem: Problem, known: CandidateBatch) -> CandidateBatch | None:
     ----------
     problem : Problem
     known : CandidateBatch
-        Answers to tighter problems, laid along the path.
+        Answers to tighter problems, placed along the path.
 
     Returns
     -------
     CandidateBatch or None
-        Feasible ones, refined and as they were.
+        The feasible ones, both refined and unrefined.
     """
     known = known[np.flatnonzero(feasibility(problem, known).all & (faults(problem, known) == 0))]
     if not len(known) or problem.effort != 1 or problem.ranking.front:

@@ -34,7 +34,7 @@ class GuideFrames:
     Raises
     ------
     InvalidRequest
-        When it is made: if a name is unknown.
+        If a name is unknown, at construction.
     DatabaseError
         If the file is damaged.
     """
@@ -55,7 +55,7 @@ class GuideFrames:
         return self.database.read(wanted.order_by(Guide.id))["id"]
 
     def whole(self) -> pd.DataFrame:
-        """Return all of them in one frame; see `Catalogue.guides`."""
+        """Return all selected guides in one frame; see `Catalogue.guides`."""
         return self._frame(self._parameters())
 
     def parts(self, count: int = 2000) -> Iterator[pd.DataFrame]:
@@ -82,7 +82,7 @@ class GuideFrames:
         """Return the names of free parameters, in the order of the guides."""
         each = func.json_each(Mechanism.parameters).table_valued("key", "id")
         query = self._wanted(select(each.c.key).join_from(Guide, Mechanism).join(each, onclause=Guide.id > 0))
-        first = func.min(Guide.id * 2**20 + each.c.id)  # the guide, and the place in its text
+        first = func.min(Guide.id * 2**20 + each.c.id)  # number of the guide, and position of the parameter in its text
         rows = self.database.read(query.group_by(each.c.key).order_by(first))
         return [str(name) for name in rows["key"]]
 

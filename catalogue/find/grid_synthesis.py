@@ -19,26 +19,26 @@ from ..problem.path import PathRequest
 
 
 class GridSynthesis(NamedTuple):
-    """Search for the missing pivots on a grid."""
+    """Grid search for missing pivots."""
 
-    #: Intervals of the Chebyshev stations along the path, an even number: the middle station is
-    #: mid-stroke.
+    #: Number of intervals of the Chebyshev stations along the path: even, so that the middle
+    #: station is mid-stroke.
     intervals: int = 16
     #: Grid points per side of the square searched for a missing pivot: a step of a tenth of a
     #: stroke or less resolves the minima of the circularity.
     side: int = 61
-    #: Shortest crank, and shortest distance from a moving pivot to the point or the other one
+    #: Shortest crank, and shortest distance of a moving pivot from the point or the other one
     #: [strokes].
     shortest: float = 0.04
     longest: float = 10.0  #: longest crank [strokes]
-    #: sine of the angle between crank and arm below which they are aligned: above rounding
+    #: sine of the angle between crank and arm below which they count as aligned: above rounding
     in_line: float = 1e-12
-    starts: int = 40  #: most starts for each prescribed pair
+    starts: int = 40  #: largest number of starts for each prescribed pair
 
 
 SYNTHESIS = GridSynthesis()
 
-#: Half the side of this square, by the prescribed pair [strokes].
+#: Half the side of the searched square, by the prescribed pair [strokes].
 HALF = {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
 
 
@@ -48,7 +48,7 @@ def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, 
     Parameters
     ----------
     given : str
-        Which pair is prescribed, as in `catalogue.series.posed.Posed`.
+        Kind of the prescribed pair; see `catalogue.series.posed.Posed`.
     pivots : complex ndarray, shape (m, 2)
         Prescribed pairs at mid-stroke [unit of the path].
     nominal : Nominal
@@ -56,7 +56,7 @@ def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, 
     Returns
     -------
     ndarray, shape (n, 2, 2, 3), and ndarray of int, shape (n,)
-        Pivots of the linkages, and the number of the pair of each.
+        Pivots of the linkages, and for each the number of its prescribed pair.
     """
     made = [_best(given, pair, nominal) for pair in pivots]
     z = np.concatenate(made)
@@ -87,7 +87,7 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
         good &= (apart > SYNTHESIS.shortest * stroke).all(0) & np.isfinite(off)
     off = np.where(good, off, np.inf)
     square = off.reshape(SYNTHESIS.side, SYNTHESIS.side)
-    least = square == minimum_filter(square, 3, mode="constant", cval=np.inf)  # no larger than any of those around
+    least = square == minimum_filter(square, 3, mode="constant", cval=np.inf)  # no larger than any neighbour
     order = np.argsort(off, kind="stable")
     order = order[(least.ravel() & good)[order]][: SYNTHESIS.starts]
     return np.asarray(np.stack([a, a_, b, b_], axis=-1)[order].reshape(-1, 2, 2))
@@ -105,8 +105,8 @@ def reaches(crank: tuple[tuple[float, float], ...], request: PathRequest) -> boo
 def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Complexes:
     """Compute the rotation of the coupler at each station as unit complex factors, shape (k, n).
 
-    NaN where crank and arm (from the moving pivot to the point) do not reach; NaN everywhere if
-    they are aligned at mid-stroke, a dead point.
+    NaN where crank and arm (from the moving pivot to the point) do not reach the station; NaN
+    everywhere if they are aligned at mid-stroke, a dead point.
 
     Parameters
     ----------

@@ -140,7 +140,7 @@ class GuideMotion:
             advantage = reach / np.abs(velocities["guided"])
         name = f"crank {chosen}" if chosen else "coupler"
         dead = np.isnan(moves.omega)
-        pushed = not chosen and bool((kinds == RR).any())  # the coupler drives although a crank could
+        pushed = not chosen and bool((kinds == RR).any())  # the coupler drives although there is a crank
         usual = NO_CRANK_DRIVES if pushed else ""
         return cls(
             chosen,
@@ -225,9 +225,9 @@ def sampled(samples: Any) -> int:
 
 
 def _transmission(linkage: Linkage, driver: int) -> Floats:
-    """Compute the transmission angle in each position, by the driving crank.
+    """Compute the transmission angle of the driving crank in each position [deg].
 
-    0: the better dyad [deg].
+    Driver 0 selects the better dyad.
     """
     from ..guidance.metrics import transmission_sines
 

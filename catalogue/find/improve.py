@@ -1,4 +1,4 @@
-"""Improve a given linkage with held lengths, beside the best of the catalogue."""
+"""Improve a given linkage with some of its lengths held, and compare it with the catalogue."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ if TYPE_CHECKING:
 
 
 class ImproveBudget(NamedTuple):
-    """Budget of an improvement, and its tolerances."""
+    """Budget and tolerances of an improvement."""
 
     rounds: int = 20  #: rounds of refinement per unit of effort
     starts: int = 24  #: starts from the catalogue, adapted to the held lengths, per unit of effort
-    #: randomly displaced copies of each stretch that are refined too, each in all mirror images
+    #: number of randomly displaced copies of each stretch to refine too, each in all mirror images
     copies: int = 6
     scatter: float = 0.1  #: standard deviation of these displacements [strokes]
     largest: float = 10.0  #: default maximum size over that of the guide, or over the stroke
-    #: Displacement of a fixed pivot up to which it has not moved [strokes]: above rounding.
+    #: Displacement of a fixed pivot up to which it counts as unmoved [strokes]: above rounding.
     same: float = 1e-9
-    #: Sine of the angle between two links below which they cannot tell a linkage from its mirror
-    #: image.
+    #: Sine of the angle between two links below which they do not distinguish a linkage from its
+    #: mirror image.
     parallel: float = 1e-9
 
 
@@ -198,14 +198,14 @@ def improve(
 
 @dataclass(frozen=True)
 class ImprovementTask:
-    """A guide to improve, with its problem and what is held."""
+    """A guide to improve, with its problem and its held lengths."""
 
     guide: PlacedGuide
     request: PathRequest
     problem: Problem
     held: HeldLengths
     nominal: Nominal | None  #: nominal of a path that stays in place
-    mirrored: bool = False  #: whether the mirror image is searched, so that both have the same answers
+    mirrored: bool = False  #: whether the mirror image is searched, so that a guide and its image have the same answers
 
     @classmethod
     def of(
@@ -241,8 +241,8 @@ class ImprovementTask:
     def start(self) -> CandidateBatch:
         """Return the stretches of the guide as candidates.
 
-        That of an answer comes first, then the straightest ones; for a path in place, the nearest
-        ones.
+        The stretch of an answer comes first, then the straightest ones; for a path in place, the
+        nearest ones.
         """
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
@@ -285,7 +285,7 @@ class ImprovementTask:
         return all(abs(one - other) <= IMPROVE.same * other for one, other in lengths)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes) -> CandidateBatch:
-        """Measure guides along the path, over exactly the stroke or in place."""
+        """Measure guides over exactly the stroke, along the path or, if it stays, in place."""
         if self.nominal is not None:
             guides = coupler_curve(linkage, point)
             return described(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
@@ -352,7 +352,7 @@ class ImprovementTask:
             problem = replace(problem, scale=request.extent * request.direction, shift=request.origin)
         one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
         pivots = [[[*pivot] for pivot in dyad] for dyad in one.pivots]
-        for k in (0, 1):  # held coordinates are exact to the last digit
+        for k in (0, 1):  # keep held coordinates to the last digit
             if np.abs(np.subtract(pivots[k][0], goal.pivots[0, k, 0])).max() < IMPROVE.same * problem.stroke:
                 pivots[k][0] = goal.pivots[0, k, 0].tolist()
         return replace(one, pivots=pivots)
@@ -363,7 +363,7 @@ class ImprovementTask:
         how: dict[str, Any] = {"rank_by": dict(problem.ranking.weights), "effort": problem.effort}
         if self.nominal is not None and (held.frozen is not None or held.places is not None):
             if held.values or (self.guide.linkage.dyads[0] == PR).any():
-                return None  # the requested series exclude one another
+                return None  # the requested series have no guide in common
             pivots = [(x, y) for x, y, _ in (dyad[0] for dyad in self.guide.pivots)]
             found = catalogue.find(
                 self.request, fixed_pivots=pivots, within=held.within * problem.stroke, limit=1, **how, **constraints
@@ -381,7 +381,7 @@ class ImprovementTask:
 
 
 def _is_left_handed(guide: PlacedGuide) -> bool:
-    """Tell a guide from its mirror image, by the first links that are not parallel."""
+    """Distinguish a guide from its mirror image by the first links that are not parallel."""
     one, other = guide.linkage.rays[0]
     to_point = complex(*guide.guided) - guide.linkage.points[0, 0, 1]
     sines = (other / one).imag, (to_point / one).imag / float(guide.linkage.size[0])
@@ -431,7 +431,7 @@ def _held(
 
 
 def _onto(stroke: float, linkage: Linkage, goal: Linkage) -> tuple[complex, complex]:
-    """Fit z -> scale z + shift, of given scale, between the fixed pivots."""
+    """Fit z -> scale z + shift, of given magnification, to a goal's fixed pivots."""
     here, there, finite = linkage.points[0, :, 0], goal.points[0, :, 0], linkage.finite[0, :, 0]
     if (goal.finite[0, :, 0] != finite).any():
         return complex(stroke), 0j

@@ -1,4 +1,4 @@
-"""Refine mechanisms of many bars from where they are: the places of their joints, within bounds."""
+"""Refine mechanisms of many bars from where they are: move their joints within bounds."""
 
 from __future__ import annotations
 
@@ -20,36 +20,36 @@ from ..series.series import Parameter
 from .measure import Measured, measure
 from .own_chain import ChainStretch, OwnChain
 
-#: What holds all joints of the frame.
+#: Name that holds all joints of the frame.
 FIXED = "fixed-pivots"
 
 
 @dataclass(frozen=True)
 class Moves:
-    """How far joints are moved.
+    """Sizes and numbers of the moves of joints.
 
     Attributes
     ----------
     reaches : tuple of float
-        Largest moves of a coordinate, one after the other [size]: a bound that a far move breaks
-        may hold after a nearer one.
+        Largest moves of a coordinate, tried in turn [size]: a bound violated by a long move may
+        hold after a shorter one.
     repeats : int
-        Refinements in a row, each over the best stretch of the one before.
+        Number of successive refinements, each over the best stretch of the one before.
     gain : float
         Least gain of a refinement that is followed by another [deviations].
     starts : int
-        Displaced copies to start from, per unit of effort.
+        Number of displaced copies to start from, per unit of effort.
     scatter : float
         Standard deviation of a coordinate of such a copy [size].
     scales : tuple of float
-        Scales of the copies about the frame, in turn: smaller ones turn more over the stroke, and
-        meet bounds on the size.
+        Scales of the copies about the frame, used in turn: smaller copies turn more over the
+        stroke, and meet bounds on the size.
     shares : tuple of float
-        Parts of a refinement to try, where the whole of it breaks a bound.
+        Fractions of a refinement to try where the whole of it violates a bound.
     larger : float
-        Largest size without a bound [sizes before].
+        Largest size if it is not bounded [sizes before].
     exact : float
-        Deviation below which all is rounding [strokes].
+        Deviation below which differences are rounding [strokes].
     """
 
     reaches: tuple[float, ...] = (0.4, 0.1, 0.02)
@@ -109,7 +109,8 @@ def improve_chain(
     request : StraightLine or CircularArc
         Stroke, and the deviation to reach.
     hold : str or sequence of str
-        Joints to keep in the given pose by name, or ``fixed-pivots``: all of the frame.
+        Names of joints to keep where they are in the given pose, or ``fixed-pivots`` for all joints
+        of the frame.
     rank_by : str
         ``deviation`` only.
     effort : int
@@ -124,8 +125,8 @@ def improve_chain(
     Raises
     ------
     InvalidRequest
-        If the guided point does not cover the stroke, a held joint is unknown, or something else
-        is asked for.
+        If the guided point does not cover the stroke, a held joint is unknown, or another
+        constraint or ranking is given.
 
     Examples
     --------
@@ -156,7 +157,7 @@ def improve_chain(
 
 
 def _bounds(given: Mapping[str, Any]) -> Constraints:
-    """Return the bounds; refuse others than those of size and transmission angle."""
+    """Return the bounds; refuse constraints other than size and transmission angle."""
     wanted, plain = Constraints.of(given), Constraints()
     for one in fields(Constraints):
         if one.name not in ("max_size", "min_transmission") and getattr(wanted, one.name) != getattr(plain, one.name):
@@ -242,10 +243,10 @@ class _Task:
             yield from self.stretches(joints)[:1]
 
     def stretches(self, joints: Mapping[str, list[float]]) -> list[ChainStretch]:
-        """Return the stretches of the mechanism with its joints elsewhere, the best first."""
+        """Return the stretches of the mechanism with moved joints, the best first."""
         try:
             return [*self.measured(OwnChain.of({**self.one.given, "joints": dict(joints)}))]
-        except (InvalidLinkage, InvalidRequest):  # it does not close, or is at a dead point there
+        except (InvalidLinkage, InvalidRequest):  # the moved mechanism does not close, or is at a dead point
             return []
 
     def repeated(self, start: ChainStretch, reach: float) -> ChainStretch | None:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class WarmStarts(NamedTuple):
-    """Answers to tighter requests that are starts."""
+    """Numbers of answers to tighter requests that serve as starts."""
 
-    neighbours: int = 3  #: nearest tighter requests whose answers are taken
-    each: int = 3  #: answers of each of them but the first, of which all are
+    neighbours: int = 3  #: number of nearest tighter requests whose answers are starts
+    each: int = 3  #: number of answers from each of them but the first, which gives all
 
 
 WARM = WarmStarts()
@@ -28,7 +28,7 @@ WARM = WarmStarts()
 def find_many(catalogue: Catalogue, requests: Sequence[Request]) -> list[Found]:
     """Answer requests, tighter ones first; see `catalogue.Catalogue.find_many`.
 
-    These are the answers of the first round of a study.
+    The answers are those of the first round of a study.
     """
     if wrong := [one for one in requests if not isinstance(one, Request)]:
         raise InvalidRequest(f"find_many wants Request objects, not {quoted(wrong[0])}")

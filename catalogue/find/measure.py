@@ -40,30 +40,31 @@ if TYPE_CHECKING:
 
 
 class MeasureOptions(NamedTuple):
-    """Positions of a stroke, and corrections of stretches."""
+    """Grids and tolerances of measured stretches."""
 
-    #: Positions to follow the driving crank: it turns by less than a half turn between two.
+    #: Number of positions along which the driving crank is followed: it turns by less than a half
+    #: turn between two.
     turns: int = 65
-    instants: int = 9  #: positions to classify
-    corrections: int = 8  #: most corrections of a stretch to the requested stroke on the finer grid
+    instants: int = 9  #: number of positions to classify
+    corrections: int = 8  #: largest number of corrections of a stretch to the requested stroke on the finer grid
     close: float = 1e-9  #: relative error of stroke or deviation at which corrections stop
-    #: Factor of the suggested stroke over the longest; of the least deviation over the suggested
+    #: Ratio of the suggested stroke to the longest one; of the least deviation to the suggested
     #: one.
     surely: float = 0.98
-    #: Relative shortening of a stroke per relative excess of its deviation: half of it, as a
-    #: deviation grows at least with the square of the stroke.
+    #: Relative shortening of a stroke per relative excess of its deviation: a half, as a deviation
+    #: grows at least with the square of the stroke.
     shorter: float = 0.5
     #: Deviation over tolerance up to which a stretch is shortened; beyond it another stretch is
     #: sought.
     little: float = 1.02
     missed: float = 1e-6  #: permitted relative error of a requested stroke
-    more: int = 4  #: stretches per circuit in the search for another one
+    more: int = 4  #: number of stretches per circuit in the search for another one
 
 
 MEASURE = MeasureOptions()
 
-#: Tighter tolerances, over the requested one, of further searches if the finer grid measures a
-#: deviation above it.
+#: Tolerances of further searches, over the requested one, if the finer grid measures a larger
+#: deviation.
 STRICTER = (0.995, 0.97)
 
 
@@ -159,9 +160,9 @@ def measure(
     ----------
     guides : PlacedGuide or OwnChain, or sequence of one kind
     stroke, deviation : float, optional
-        Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both, not of
-        mechanisms of many bars: stretches of the stroke, and the allowance within the deviation
-        [length].
+        Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both:
+        stretches of the stroke, with their allowance within the deviation; not for mechanisms of
+        many bars [length].
     radius : float, optional
         Radius of an arc; the deviation is then the largest distance from the best-fitting arc of
         this radius [length].  The longest stroke within a deviation is found on arcs below a half
@@ -185,7 +186,7 @@ def measure(
     InvalidRequest
         If neither stroke nor deviation is given or one is not positive, if stroke, radius and angle
         contradict one another, if the linkages have different units, or if an arc of a half circle
-        or an allowance is asked for of a mechanism of many bars.
+        or an allowance is requested of a mechanism of many bars.
 
     Examples
     --------
@@ -262,7 +263,7 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
     Parameters
     ----------
     found : Circuits or ChainCircuits
-        k circuits, of linkages from number 0 on.
+        k circuits, of linkages numbered from 0.
     at : complex ndarray, shape (k,)
         Guided points [length].
     asked : Sought
@@ -270,7 +271,7 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
     Yields
     ------
     Laid, ndarray of int
-        Some of the stretches, and their places in the list of all.
+        A part of the stretches, and their places in the list of all.
     """
     length, radius, allowed, curved = asked.stroke, asked.radius, asked.allowed, asked.curved
     within = allowed if length is None else np.inf
@@ -292,8 +293,8 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
         parts.append(part[np.flatnonzero(np.isfinite(part.deviation) & ~over)])
         seen = np.concatenate([found.of[one.circuit] for one in parts])
         missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(found.of, seen)))
-        # the best stretch cannot be measured, or is worse on the finer grid: try more, within a
-        # stricter tolerance
+        # the best stretch cannot be measured, or is worse on the finer grid: try more stretches
+        # within a stricter tolerance
         some = np.union1d(missed if length is None or more < MEASURE.more else missed[:0], part.circuit[over])
         more = max(asked.limit, MEASURE.more)
         if not len(some):
@@ -407,7 +408,7 @@ def _reasons(found: Carriers, point: Complexes, missing: Indices, asked: Sought)
 
 @dataclass(frozen=True)
 class Laid(Columns):
-    """Stretches normalised to 0 to 1, with their traces and frames; arrays of shape (n,)."""
+    """Stretches normalised to paths from 0 to 1, with traces and frames; arrays of shape (n,)."""
 
     circuit: Indices
     low: Floats
@@ -422,7 +423,7 @@ class Laid(Columns):
     ) -> Laid:
         """Place stretches along their nominals.
 
-        Over exactly their strokes if `allowed` is infinite; else stretches slightly above the
+        With an infinite `allowed` they cover exactly their strokes; else those slightly above the
         permitted deviation are shortened.
         """
         some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
@@ -505,7 +506,7 @@ def _speed(some: Carriers, point: Complexes, s: Floats, along: Complexes) -> Flo
 
 
 def _best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
-    """Select at most `limit` stretches of each linkage by ascending key, infinite for none.
+    """Select at most `limit` stretches of each linkage by ascending key; infinite keys are omitted.
 
     Of stretches that overlap by more than half, the better one is selected.
     """
@@ -514,7 +515,7 @@ def _best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
     kept: list[int] = []
     of, middle = found.of[at.circuit], 0.5 * (at.low + at.high)
     period, half = found.period[at.circuit], 0.25 * (at.high - at.low)
-    first = 0  # first selected stretch of the present linkage
+    first = 0  # first selected stretch of the current linkage
     for i in order.tolist():
         if kept and of[kept[-1]] != of[i]:
             first = len(kept)

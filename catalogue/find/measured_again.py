@@ -1,9 +1,10 @@
 """Verify restored answers: refuse records that disagree with a measurement of their mechanism.
 
-The path and all numbers of table and drive are measured, and all numbers of a dwell.  A record does
-not say whether its deviation is from the best-fitting or from the prescribed nominal, nor whether
-the guide is a slot: it is accepted if one of these measurements agrees.  Numbers that depend on the
-request (score, allowance, gap) or on the origin are protected by the code; see `answers`.
+They measure the path, all numbers of the table and the drive, and all numbers of a dwell.  A record
+does not say whether its deviation is from the best-fitting or from the prescribed nominal, nor
+whether the guide is a slot: it is accepted if one of these measurements agrees.  Numbers that
+depend on the request (score, allowance, gap) or on the origin are protected by the code; see
+`answers`.
 """
 
 from __future__ import annotations
@@ -36,10 +37,10 @@ Numbers = Mapping[str, Any]
 class Agreement(NamedTuple):
     """Permitted differences between a record and its measurement."""
 
-    relative: float = 2e-3  #: relative difference: the search uses another grid
-    strokes: float = 1e-11  #: of lengths near zero [strokes]
-    places: float = 1e-14  #: of lengths near zero [largest coordinate]
-    others: float = 1e-6  #: of other numbers near zero
+    relative: float = 2e-3  #: permitted relative difference: the search uses another grid
+    strokes: float = 1e-11  #: permitted difference of lengths near zero [strokes]
+    places: float = 1e-14  #: permitted difference of lengths near zero [largest coordinate]
+    others: float = 1e-6  #: permitted difference of other numbers near zero
 
 
 AGREEMENT = Agreement()
@@ -70,7 +71,7 @@ def check(one: Any) -> None:
 def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     """Describe the first difference between record and measurement.
 
-    An empty text if there is none.
+    The text is empty if there is none.
     """
     told = vars(one)
     stroke, deviation = told.get("stroke", 1.0), told.get("deviation", 0.0)
@@ -79,14 +80,15 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     for name, value in found.items():
         said = told[name]
         if said is None:
-            continue  # not recorded
+            continue  # the record lacks this number
         if isinstance(value, str | list):
             good = said == value
         elif name == "start":
             good = abs(complex(*said) - complex(*value)) <= close + deviation
         elif name in DIRECTIONS:
             off, wide = (said - value + 180) % 360 - 180, np.degrees(2 * deviation / stroke)
-            own = isinstance(one, Stretch) and name == "along"  # measured in place, so the direction is exact
+            # a stretch is measured in place, so its direction is exact
+            own = isinstance(one, Stretch) and name == "along"
             good = abs(off) <= (AGREEMENT.others + AGREEMENT.relative * wide if own else AGREEMENT.relative + wide)
         else:
             least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else AGREEMENT.others

@@ -46,11 +46,12 @@ class Grid:
     Attributes
     ----------
     positions : int
-        Positions of a stretch at which size and transmission angle are taken.
+        Number of positions of a stretch at which size and transmission angle are measured.
     least : float
-        Smallest extent of a joint's path for relative errors [size of the chain].
+        Smallest extent of a joint's path to which its errors are relative [size of the chain].
     beside : float
-        Phase from an end of a piece at which directions are known to half the digits [rad].
+        Distance in phase from an end of a piece at which directions are known to half the digits
+        [rad].
     """
 
     positions: int = 129
@@ -130,7 +131,7 @@ class OwnChain:
 
     @property
     def given(self) -> dict[str, Any]:
-        """Plain data of the mechanism, as `of` takes them."""
+        """Plain data of the mechanism, in the form that `of` reads."""
         return {f.name: getattr(self, f.name) for f in fields(OwnChain)}
 
     @cached_property
@@ -145,7 +146,7 @@ class OwnChain:
 
     @cached_property
     def circuit(self) -> ChainCircuits:
-        """The circuit of the given pose, as the guided point passes it."""
+        """The circuit of the given pose, for the bar with the guided point."""
         return circuits(self.chain, min(self.chain.structure.on[self.read.point]))
 
     @property
@@ -197,7 +198,7 @@ class OwnChain:
         Parameters
         ----------
         low, high : float
-            Phases between which [rad].
+            Phases between which to sample [rad].
         """
         structure, found = self.chain.structure, self.circuit
         moving = [j for j, bars in enumerate(structure.on) if structure.frame not in bars]
@@ -245,7 +246,7 @@ class OwnChain:
         samples : int
             Number of positions, 2 to 1,000,000.
         points, driver
-            Are refused: the mechanism itself states them.
+            Refused: the mechanism itself states them.
         between : sequence of (str, str)
             Pairs of joints whose distances, and the ratios of these to the drive, are wanted.
 
@@ -310,7 +311,7 @@ class OwnChain:
         Raises
         ------
         InvalidRequest, MissingExtra
-            As `PlacedGuide.plot`.
+            See `PlacedGuide.plot`.
         """
         from ..draw.picture import draw
 
@@ -371,7 +372,7 @@ class OwnChain:
         Parameters
         ----------
         file, format, **options
-            As of `PlacedGuide.export`.
+            See `PlacedGuide.export`.
 
         Returns
         -------
@@ -380,7 +381,7 @@ class OwnChain:
         Raises
         ------
         InvalidRequest, MissingExtra
-            As `PlacedGuide.export`; also if a format is for linkages of two dyads only.
+            See `PlacedGuide.export`; also if a format is for linkages of two dyads only.
 
         Examples
         --------
@@ -401,12 +402,12 @@ class OwnChain:
         Parameters
         ----------
         file, paper, unit, scale
-            As of `PlacedGuide.sheet`.
+            See `PlacedGuide.sheet`.
 
         Raises
         ------
         InvalidRequest, MissingExtra
-            As `PlacedGuide.sheet`.
+            See `PlacedGuide.sheet`.
         """
         from ..draw.datasheet_file import sheet
 
@@ -414,12 +415,12 @@ class OwnChain:
         sheet(guide, file, paper=paper, unit=unit, scale=scale)
 
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
-        """Draw speed, transmission angle, and of a stretch the deviation over the drive.
+        """Draw speed and transmission angle over the drive; for a stretch the deviation too.
 
         Parameters
         ----------
         file, unit
-            As of `plot`.
+            See `plot`.
         """
         from ..draw.curves import draw_curves
 
@@ -442,7 +443,7 @@ class ChainStretch(OwnChain):
     min_transmission : float
         Least transmission angle of any dyad over the stroke [deg].
     drive_from, drive_to : float
-        Drive at both ends of the path, from its given pose [deg]; of a slider [length].
+        Drive at both ends of the path, from its given pose [deg]; for a slider [length].
     start, along : list of float, float
         Start of the path [length], and its direction from the x axis [deg].
     number : int
@@ -496,7 +497,7 @@ class ChainStretch(OwnChain):
         window : (float, float)
             Phases at the start of the path and at its end [rad].
         **measured
-            Further fields.
+            Values of further fields.
         """
         bare = cls(**whole.given, **measured, _window=window)
         bare.__dict__.update({name: whole.__dict__[name] for name in ("read", "circuit") if name in whole.__dict__})
@@ -525,12 +526,12 @@ class ChainStretch(OwnChain):
         Parameters
         ----------
         z : complex ndarray, shape (m,)
-            From the start of the path to its end [length].
+            Places from the start of the path to its end [length].
 
         Returns
         -------
         ndarray, shape (m,)
-            Positive to the left of the path [length].
+            Distances, positive to the left of the path [length].
         """
         if self.radius is not None:
             return np.asarray(from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, np.finfo(float).tiny)))
@@ -538,7 +539,7 @@ class ChainStretch(OwnChain):
         return np.asarray(off - 0.5 * (off.max() + off.min()))
 
     def deviation_again(self) -> float:
-        """Measure the deviation from the minimum zone over the stretch, on a grid of its own."""
+        """Measure the deviation over the stretch by the minimum zone, on another grid."""
         found, at = self.circuit, np.array([self.guided_point])
         low, high = (np.array([end]) for end in sorted(self._window))
         return float(fitted(found, at, low, high, circle=self.radius is not None, radius=self.radius).deviation[0])
@@ -551,7 +552,7 @@ class ChainStretch(OwnChain):
         Parameters
         ----------
         samples, points, driver, between
-            As of `OwnChain.motion`.
+            See `OwnChain.motion`.
         whole : bool
             Cover the whole circuit.
         """
@@ -574,9 +575,8 @@ def mechanism(given: Mapping[str, Any] | CollectionCandidate, *, name: str = "",
     Parameters
     ----------
     given : mapping or CollectionCandidate
-        Joints, bars, drive and guided point, such as a JSON file holds; see
-        `catalogue.chains.given`.  Or an answer of a collection of such mechanisms, of which it
-        makes a `ChainStretch`.
+        Joints, bars, drive and guided point, as in a JSON file; see `catalogue.chains.given`. Or an
+        answer of a collection of such mechanisms, which becomes a `ChainStretch`.
     name : str
         Name of the mechanism, for drawings.
     unit : str, optional

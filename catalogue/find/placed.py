@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 IMMOBILE = (
     "the chain just closes, in one position only: the linkage cannot move; make a link a little longer or shorter"
 )
-#: Length over the longest length below which it counts as 0: rounding.
+#: Length over the longest length below which it counts as 0: it is rounding.
 ROUNDING = 1e-12
 
 
@@ -50,7 +50,7 @@ class Circuit:
         Motion of this link: ``turns`` (fully), ``swings`` (between dead points), ``open`` (from
         infinity to infinity) or ``stands`` (cannot move).
     low, high : float
-        Range of its angle from the x axis; of the coupler from the given position [deg].
+        Range of its angle, from the x axis; for the coupler from the given position [deg].
     given : bool
         Whether the given position is on this circuit.
     joined : bool
@@ -94,7 +94,7 @@ class PlacedGuide:
     guided: list[float]
     pole: list[float] | None
     unit: str | None
-    meanings: ClassVar[Mapping[str, Column]] = CANDIDATE  #: by whose units its fields are converted
+    meanings: ClassVar[Mapping[str, Column]] = CANDIDATE  #: columns whose units apply to the fields
 
     def __hash__(self) -> int:
         return hash(tuple(np.ravel(self.pivots).tolist()))
@@ -142,7 +142,8 @@ class PlacedGuide:
         pivots = np.asarray(self.pivots, float)
         finite = pivots[..., 2] == 1
         _, power = np.frexp(np.abs(pivots[finite][:, :2]).max())
-        unit = np.ldexp(1.0, min(int(power), 1022))  # in which squares are numbers, of strokes of 1e300 too
+        # unit of length in which squares do not overflow, even for strokes of 1e300
+        unit = np.ldexp(1.0, min(int(power), 1022))
         pivots[finite, :2] /= unit
         found = link_lengths(Linkage(pivots), np.array([complex(*self.guided) / unit]))
         told = {name: float(unit * value[0]) for name, value in found.items()}
@@ -236,28 +237,28 @@ class PlacedGuide:
         Parameters
         ----------
         whole : bool
-            Cover the circuit also of a guide with a stroke; of an open circuit its nearby part.
+            Cover the circuit even for a guide with a stroke; for an open circuit its nearby part.
         points : mapping of str to (x, y), optional
             Further coupler points by name, in the given position [length].
 
         Raises
         ------
         InvalidRequest
-            As `motion`.
+            See `motion`.
         """
         return Run.whole(self, circuits(self.linkage)[:1], points).near()
 
     def drawn_motion(
         self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
     ) -> tuple[GuideMotion, bool]:
-        """Compute the motion over the `run`, and whether it is closed.
+        """Compute the motion over the `run`; tell also whether it is closed.
 
         Parameters
         ----------
         samples : int
             Number of positions; see `motion`.
         whole : bool
-            Cover the circuit also of a guide with a stroke.
+            Cover the circuit even for a guide with a stroke.
         points : mapping of str to (x, y), optional
             Further coupler points by name, in the given position [length].
 
@@ -268,7 +269,7 @@ class PlacedGuide:
         Raises
         ------
         InvalidRequest
-            As `motion`.
+            See `motion`.
         """
         run = self.run(whole=whole, points=points)
         return run.motion(run.rows(sampled(samples)), getattr(self, "driver", None)), run.closed
@@ -284,9 +285,8 @@ class PlacedGuide:
     ) -> Any:
         """Draw the linkage at mid-stroke with ghosts at the ends, its path and the deviation.
 
-        Or animate it.
-
-        A guide without a stroke is drawn in the given position, with the path over its circuit.
+        With `moving` animate it. A guide without a stroke is drawn in the given position, with the
+        path over its circuit.
 
         Parameters
         ----------
@@ -347,7 +347,7 @@ class PlacedGuide:
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
         """Plot deviation, speed, transmission angle and mechanical advantage over the drive.
 
-        Of a dwell also the angle of the rocker.
+        For a dwell, also plot the angle of the rocker.
 
         Parameters
         ----------
@@ -363,7 +363,7 @@ class PlacedGuide:
         Raises
         ------
         InvalidRequest, MissingExtra
-            As `plot`.
+            See `plot`.
         """
         from ..draw.curves import draw_curves
 

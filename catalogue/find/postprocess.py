@@ -1,4 +1,4 @@
-"""Derive candidates from those found: cognates, and linkages of round lengths."""
+"""Derive further candidates: cognates, and linkages of round lengths."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from ..kinematics.types import Complexes, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
 
-#: Stretches to try per rounded linkage: the second best may meet the constraints.
+#: Number of stretches to try per rounded linkage: the second best may meet the constraints.
 STRETCHES = 2
 
 
@@ -44,17 +44,12 @@ def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> C
 
 
 def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> CandidateBatch:
-    """Round the lengths of candidates to multiples of a step [strokes], and place each anew.
-
-    Rounding moves the stretch over which a point runs straightest.  Each rounded linkage is placed
-    where it stood and on the best stretches of its circuit; the feasible placement of least
-    deviation is kept.  Linkages without round lengths nearby are left out.
-    """
+    """Round the lengths of candidates to multiples of a step [strokes], and place them again."""
     linkage, point, made = rounded(found.linkage, found.point, step)
     origin, pole = take(found.origin, made), found.pole[made]
     row = np.arange(len(point))
     placed = _laid_unscaled(problem, origin, coupler_curve(linkage, point, pole=pole))
-    # at a change point the branch is known only in this position
+    # at a change point only this position tells the branch
     movable = np.flatnonzero(conditioning(linkage).max(0) >= CHANGE)
     if len(movable) and not problem.constraints.returns:
         curve, of = _best_stretches(problem, linkage[movable], point[movable])
@@ -89,12 +84,12 @@ def _best_stretches(problem: Problem, linkage: Linkage, point: Complexes) -> tup
 
 
 def _laid_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> CandidateBatch:
-    """Place guides of fixed lengths along the path, in the orientation their pivots fit best."""
+    """Place guides of fixed lengths along the path, in the best orientation for their pivots."""
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
     return _laid(problem, origin, guides, unscaled(traced))
 
 
 def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
-    """Place traced guides along the path, in the orientation their pivots fit best."""
+    """Place traced guides along the path, in the best orientation for their pivots."""
     placed = best_orientation(problem, *place_on_path(problem, guides, traced), slides_on_path(problem, guides, traced))
     return measured(problem, origin, *placed)

@@ -1,7 +1,7 @@
 """Answer a request with prescribed pivots: closed-form guides of every series, refined in place.
 
-The design position is posed at many points of the path.  Each series solves for the linkages that
-guide the point there, and more are completed numerically.  They are traced in place; the
+The design position is placed at many points of the path. There each series solves for linkages that
+guide the point, and further linkages are completed numerically. They are traced in place; the
 straightest are refined with the prescribed pivots held, then checked and ranked.
 """
 
@@ -43,17 +43,18 @@ PLACES = np.linspace(0.04, 0.96, 47)
 class PrescribedPivots(NamedTuple):
     """Budget and tolerances of the synthesis for prescribed pivots."""
 
-    pairs: int = 24  #: pairs of pivots sampled within their tolerance, per unit of effort
-    refined: int = 60  #: guides to refine per unit of effort
+    pairs: int = 24  #: number of pairs of pivots sampled within their tolerance, per unit of effort
+    refined: int = 60  #: number of guides to refine per unit of effort
     #: Rounds of refinement for the deviation, and again for the ranking: starts may be far from an
     #: optimum.
     rounds: int = 12
     #: Largest distance of a pivot from the middle of the path [strokes]: its rounding moves the
     #: path by 1e-12.
     farthest: float = 1e4
-    #: largest distance of a pivot over the stroke and the distance of the prescribed pivots
+    #: largest distance of a pivot over the larger of the stroke and the distance of the prescribed
+    #: pivots
     farther: float = 100.0
-    rounded: float = 1e-7  #: relative size of a term of the path below which it is rounding
+    rounded: float = 1e-7  #: term of the path over its largest one below which it is rounding
     #: largest error of a closed-form solution: of its circle [radii], of its tangent [rad]
     astray: float = 1e-4
     same: float = 1e-3  #: difference of pivots and points up to which two designs are one [strokes]
@@ -61,8 +62,8 @@ class PrescribedPivots(NamedTuple):
 
 LIMITS = PrescribedPivots()
 
-#: Held coordinates of A1, A1*, A2, A2* and the point, which at mid-stroke may move across the path
-#: only.
+#: Held coordinates of A1, A1*, A2, A2* and the point, which at mid-stroke may move only across the
+#: path.
 HELD = {
     "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
     "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
@@ -137,7 +138,7 @@ def posed(problem: Problem) -> Posed:
     pairs = pivots[None]
     if wanted.within:
         drawn = np.random.default_rng(0).random((LIMITS.pairs * max(problem.effort, 1), 4))
-        off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
+        off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform distribution over the disc
         pairs = np.concatenate([pairs, pivots + wanted.within * off])
     nominal = _nominal(problem)
     point, across = nominal.at(np.tile(places, len(pairs)))
@@ -177,7 +178,7 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
 
 
 def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
-    """Tell which linkages guide the point to third order; others are rounding."""
+    """Tell which linkages guide the point to third order; the others are artefacts of rounding."""
     point, centre, across = problems.point[of], problems.centre[of], problems.axis[of]
     circle = problems.path == "circle"
     law = leading_error(linkage, point, circle=circle, tolerance=LIMITS.rounded)
@@ -198,7 +199,7 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
 
 
 def _near(linkage: Linkage, constraints: Constraints) -> Mask:
-    """Tell which linkages have all pivots at distances like those prescribed, shape (n,)."""
+    """Tell which linkages have pivots as near as the prescribed ones require, shape (n,)."""
     given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
     return np.asarray((off <= min(LIMITS.farther * max(given, 1.0), LIMITS.farthest)).all(axis=(1, 2)))

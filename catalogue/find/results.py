@@ -270,7 +270,7 @@ def measured_columns(
 
 
 #: Integer fields.
-WHOLE = ("id", "order", "fitted", "driver", "front", "cognate", "alternations", "circuit", "number")
+INTEGER_FIELDS = ("id", "order", "fitted", "driver", "front", "cognate", "alternations", "circuit", "number")
 C = TypeVar("C", bound=Candidate)
 
 
@@ -307,7 +307,7 @@ def listed(
     if change.any():
         change[change] = conditioning(linkage[change]).max(0) < CHANGE
     rows = zip(*(_plain(name, values) for name, values in columns.items()), strict=True)
-    placed = np.where(pivots == 0, 0.0, pivots).tolist()  # no -0.0
+    placed = np.where(pivots == 0, 0.0, pivots).tolist()  # replaces -0.0
     return [
         make(
             **dict(zip(columns, row, strict=True)),
@@ -325,5 +325,5 @@ def _plain(name: str, values: Array) -> list[Any]:
     """Convert values to plain Python ones; None for numbers that are not finite."""
     if values.dtype.kind not in "fiu":
         return [str(v) if isinstance(v, str) else v for v in values.tolist()]
-    kind = int if name in WHOLE else float
+    kind = int if name in INTEGER_FIELDS else float
     return [kind(v) if math.isfinite(v) else None for v in values.tolist()]

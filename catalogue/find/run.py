@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 class RunOptions(NamedTuple):
-    """Errors of the path of a mechanism of many bars."""
+    """Accuracy of paths, and their extent."""
 
-    least: float = 1e-3  #: smallest extent of a path for relative errors [size of the linkage]
+    least: float = 1e-3  #: smallest extent of a path to which errors are relative [size of the linkage]
     near: float = 3.0  #: distance up to which a path to infinity is drawn [size of the linkage]
     part: float = 1e-3  #: error of a spline over the deviation: below the printed digits
     rounded: float = 1e-12  #: smallest error of a spline, by rounding [size of the linkage]
@@ -61,7 +61,7 @@ class Run:
     def whole(cls, guide: PlacedGuide, circuit: Circuits, points: Mapping[str, Any] | None) -> Run:
         """Return the run round a circuit from the given position back to it.
 
-        Of an open one from end to end.
+        An open circuit is covered from end to end.
         """
         period, start = float(circuit.period[0]), float(circuit.phase[0])
         told = places("points", points)
@@ -91,7 +91,7 @@ class Run:
     def spline(self) -> tuple[Floats, Floats]:
         """Place the points of a spline along the guided point; see `splines.place_points`.
 
-        Along an answer its error is at most `RUN.part` of the deviation.
+        For an answer its error is at most `RUN.part` of the deviation.
         """
         scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
         deviation = getattr(self.guide, "deviation", np.inf)
@@ -102,7 +102,7 @@ class Run:
         return self.places(complex(*self.guide.guided), phases)
 
     def places(self, point: complex, phases: Floats) -> Complexes:
-        """Compute a coupler point, given in the given position, at phases (m,)."""
+        """Compute a coupler point, as it is in the given position, at phases (m,)."""
         return self.circuit.pose(phases[:, None]).point(np.array([point]))[:, 0]
 
     def motion(self, phases: Floats, driver: int | None = None) -> GuideMotion:
@@ -110,7 +110,7 @@ class Run:
         return GuideMotion.of(self.guide, self.circuit, phases[:, None], self.points, driver)
 
     def sliding(self, i: int) -> Complexes:
-        """Return the pin of slider i, or pivot of slide i in the coupler, shape (m,)."""
+        """Return the pin of slider i, or slide i's fixed pivot in the coupler, (m,)."""
         return self.samples.values[:, self._column(i)]
 
     def travel(self, i: int, along: complex) -> tuple[float, float]:
@@ -161,7 +161,7 @@ class Run:
         there = [guided, *(pose.point(np.array([complex(*at)]))[:, 0] for at in self.points.values())]
         links = [turn]
         for i in (0, 1):
-            if kinds[i] == RP:  # the pivot in the coupler's frame
+            if kinds[i] == RP:  # the fixed pivot in the coupler's frame
                 there.append(start + turn.conj() * (z[i, 0] - guided))
                 continue
             pin = pose.point(z[None, i, 1])[:, 0]

@@ -26,7 +26,7 @@ class SharedFolder:
     Raises
     ------
     InvalidRequest
-        By every method: if the folder is missing, or cannot be read or written.
+        If the folder is missing, or cannot be read or written; raised by every method.
     """
 
     address: str
@@ -49,7 +49,7 @@ class SharedFolder:
             raise self._error("read", error) from None
 
     def write(self, code: str, record: str) -> None:
-        """Write a record under its code, unless it is there."""
+        """Write a record under its code, unless it exists already."""
         if self.read(code) == record:
             return
         try:
@@ -77,7 +77,7 @@ class SharedFolder:
             ) from None
         try:
             system, root = url_to_fs(self.address)
-        except (ImportError, ValueError) as error:  # of a protocol that needs another package, or that nobody knows
+        except (ImportError, ValueError) as error:  # an unknown protocol, or one that needs another package
             raise InvalidRequest(f"answers cannot be shared in {self.address}: {error}") from None
         return system, str(root).rstrip("/")
 

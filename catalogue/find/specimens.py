@@ -35,12 +35,13 @@ from .results import Found, Results
 
 
 class Verification(NamedTuple):
-    """How stored specimens are verified for a request."""
+    """Options of the verification of stored specimens."""
 
-    batch: int = 32  #: specimens at once
-    batches: int = 32  #: most batches, per unit of effort
-    #: Deviation from a given circle per error of stroke over radius of the best circle [strokes]:
-    #: about 1/16 with free ends; smaller, so that no answer is filtered out before it is measured.
+    batch: int = 32  #: number of specimens verified at once
+    batches: int = 32  #: largest number of batches, per unit of effort
+    #: Deviation from a given circle per difference of stroke over radius from that of the best
+    #: circle [strokes]: about 1/16 with free ends; smaller here, so that no answer is filtered out
+    #: before it is measured.
     per_sweep: float = 1 / 40
     same_radius: float = 1e-9  #: relative difference of two radii within rounding
     slack: float = 1e-3  #: relative difference permitted between stored and measured deviation
@@ -109,7 +110,8 @@ def find_in(
     tests = _tests(collection, request, given, allowed)
     search = _Search(database, collection, request, given, tests, allowed, regions, effort)
     more = rank_by != "deviation" and collection.metrics[rank_by].more
-    # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
+    # Stored numbers decide which specimens are verified, measured ones their order; the sort is
+    # stable.
 
     def key(c: CollectionCandidate) -> float:
         return c.deviation if rank_by == "deviation" else c.metrics[rank_by]
@@ -138,7 +140,8 @@ def _with_constraints(
     found = dict(where or {})
     if regions is not None and collection.mechanism is None:
         raise InvalidRequest(f"{collection.name} has no planar mechanisms of many bars: leave out regions")
-    for name in sorted(wanted.active(), key="full_rotation".__eq__):  # last, as others imply it
+    # full rotation last, as other constraints imply it
+    for name in sorted(wanted.active(), key="full_rotation".__eq__):
         if name in (*REGIONS, "keep_out", "pins_only"):
             continue
         upper, value = False, getattr(wanted, name)
@@ -350,13 +353,13 @@ class _Search:
     allowed: Mapping[str, Sequence[str]] = field(default_factory=dict)
     regions: Regions | None = None
     effort: int = 1
-    not_special: int = 0  #: number of specimens that are none of these
+    not_special: int = 0  #: number of specimens that are none of the special cases
     verified: int = 0
     shown: int = 0
-    from_guides: int = 0  #: number of those verified that were made of planar guides
+    from_guides: int = 0  #: number of verified specimens that were made of planar guides
     moved: int = 0  #: number of refined answers
     removed: Counter[str] = field(default_factory=Counter)  #: number of measured specimens that failed each test
-    #: excess and value of the nearest of these, by test
+    #: excess and value of the closest miss of each test
     nearest: dict[str, tuple[float, float]] = field(default_factory=dict)
     seconds: float = 0.0
 
@@ -398,7 +401,7 @@ class _Search:
         transmission = max([b.low for b in self.bounds if b.name == "min_transmission" and b.low > 0], default=0.0)
         how = {"families": ["four-bar"], "limit": max(limit, ANSWERS), "cognates": True}
         guides = find(self.request, **how, min_transmission=transmission)
-        if not len(guides):  # others tell what to relax
+        if not len(guides):  # the messages of other searches tell what to relax
             guides = find(self.request, **how)
         if not len(guides):
             return
@@ -455,7 +458,7 @@ class _Search:
             return True
         test, excess, value = failed[0]
         self.removed[test] += 1
-        if len(failed) == 1 and math.isfinite(value):  # to relax this one test suffices
+        if len(failed) == 1 and math.isfinite(value):  # relaxing this one test would suffice
             self.nearest[test] = min((excess, value), self.nearest.get(test, (excess, value)))
         return False
 

@@ -47,7 +47,7 @@ def _sort_of(one: Candidate, wanted: Constraints) -> bool:
 def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "") -> CandidateBatch:
     """Place guides along the path from 0 to 1 and measure them.
 
-    `series` replaces their own if given.
+    `series`, if given, replaces the series of the guides.
     """
     home = [one.at_home() for one in guides]
     stroke = np.array([one.extent if problem.is_wide else one.stroke for one in home], float)

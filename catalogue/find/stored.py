@@ -37,8 +37,8 @@ class StoredAgreement(NamedTuple):
     """Permitted differences between stored and measured numbers."""
 
     exact: float = 1e-14  #: deviation up to which a guide is exact [strokes]: rounding
-    agree: float = 0.05  #: relative difference: the grids differ
-    rounding: float = 1e-11  #: absolute difference of lengths [strokes]
+    agree: float = 0.05  #: permitted relative difference: the grids differ
+    rounding: float = 1e-11  #: permitted absolute difference of lengths [strokes]
 
 
 STORED = StoredAgreement()
@@ -63,18 +63,20 @@ class StoredGuide:
     kind: str
     label: str
     order: int  #: order of contact; 99 if exact
-    inflections: int  #: coincident inflections at the design position; of a design: inflections over its stroke
+    #: number of coincident inflections at the design position; for a design, of inflections over
+    #: its stroke
+    inflections: int
     parameters: dict[str, float]  #: free parameters of the member
-    linkage: Linkage  #: one linkage; of a slot its inversion, which guides the fixed point of the slot
+    linkage: Linkage  #: one linkage; for a slot its inversion, which guides the fixed point of the slot
     point: complex  #: guided point
-    curvature: float  #: curvature of the nominal, positive to the left of the tangent; 0 of a line
-    rho0: float | None  #: with the next three None if the pole is at infinity
+    curvature: float  #: curvature of the nominal, positive to the left of the tangent; 0 for a line
+    rho0: float | None  #: diameter of the inflection circle; None, like the next three, if the pole is at infinity
     kappa: float | None
     kappa_star: float | None
     s: float | None
     provenance: dict[str, Any]  #: plugin, version, plan, seed and block; empty for a named design
-    #: By level: stroke (canonical), deviation, size, links and arm over stroke, transmission angle
-    #: [deg].
+    #: Values by level: stroke (canonical); deviation, size, links and arm over the stroke;
+    #: transmission angle [deg].
     reaches: dict[str, Array]
     rows: dict[int, dict[str, Array]] = field(repr=False)
 
@@ -196,7 +198,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
 
 
 def _instead(database: Database, name: str) -> str:
-    """Suggest a name instead of one missing in the database."""
+    """Suggest a similar name for one missing in the database."""
     if is_named(name):
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]

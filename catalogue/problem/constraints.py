@@ -136,7 +136,7 @@ class Constraints(Bounded, _KindAndPlace):
         def convert(names: Iterable[str], to: Callable[[str, Any], Any]) -> None:
             for name in names:
                 value = getattr(self, name)
-                if value is not getattr(Constraints, name):  # not the default
+                if value is not getattr(Constraints, name):  # a value other than the default
                     object.__setattr__(self, name, to(name, value))
 
         convert(("families", "series", "configurations"), names)
@@ -247,7 +247,7 @@ class Constraints(Bounded, _KindAndPlace):
         return [*(region for name in REGIONS if (region := getattr(self, name)) is not None), *self.keep_out]
 
     def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Constraints:
-        """Mirror regions and zones of a path that starts at the origin.
+        """Mirror regions and zones for a path that starts at the origin.
 
         Parameters
         ----------

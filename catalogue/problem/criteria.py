@@ -11,5 +11,5 @@ CRITERIA = ("score", "balance", _MEASURED[0], "deviation", *_MEASURED[1:])
 #: Default number of answers: a screen of a table.
 ANSWERS = 12
 #: Default minimum distance between answers as designs: a pivot moved by a fiftieth of the stroke.
-#: Closer answers come from starts that refinement led to one optimum.
+#: Closer answers come from starts whose refinement led to the same optimum.
 DISTINCT = 0.02

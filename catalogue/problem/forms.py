@@ -125,13 +125,13 @@ def to_row(request: Request) -> dict[str, Any]:
 
 
 def row_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert a mapping as of `to_dict`, or its JSON read again, to cells of a table."""
+    """Convert a mapping of `to_dict`, or its JSON read again, to cells of a table."""
     front = isinstance(given.get("rank_by"), list)
     return {"pareto" if front and name == "rank_by" else name: _cell(name, value) for name, value in given.items()}
 
 
 def column_order(names: Iterable[str]) -> list[str]:
-    """Sort names of cells as a request writes them."""
+    """Sort names of cells in the order in which a request writes them."""
     every = [*PATH_NAMES, *(one.name for one in fields(Constraints)), *OWN]
     return sorted(names, key=lambda name: every.index("rank_by" if name == "pareto" else name))
 
@@ -208,7 +208,7 @@ class _Reading:
         zones = [one for one in value.split(";") if one.strip()] if isinstance(value, str) else value
         parts = listed(zones)
         if parts and not any(isinstance(one, str) or listed(one) is not None for one in parts):
-            zones = [parts]  # the numbers of one
+            zones = [parts]  # the numbers of a single zone
         return [self._places(name, zone, unit) for zone in zones] if parts else zones
 
     def _desires(self, value: object) -> Any:
@@ -232,7 +232,7 @@ def _is_given(value: object) -> bool:
 
 def _switch(name: str, value: object) -> bool:
     word = str(value).strip().lower()
-    if not isinstance(value, str) and word not in ("1.0", "0.0"):  # a column with gaps is of floats
+    if not isinstance(value, str) and word not in ("1.0", "0.0"):  # a column with gaps holds floats
         return switch(name, value)
     if word not in (*_TRUE, *_FALSE, "1.0", "0.0"):
         raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")
@@ -240,7 +240,7 @@ def _switch(name: str, value: object) -> bool:
 
 
 def _plain_number(name: str, value: object) -> Any:
-    """Convert a number in text; a whole one of a column with gaps to int."""
+    """Convert a number in text; a whole number of a column with gaps to int."""
     if isinstance(value, str):
         found = length_in(value)
         if found is None or found[1] is not None:

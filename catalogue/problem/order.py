@@ -1,8 +1,8 @@
 """Order requests from tighter to looser ones.
 
-Requests that differ in more than bounds cannot be compared.  All others of a group become points:
-one coordinate for each bound, larger where it is looser.  A request is tighter than another if none
-of its coordinates is larger.
+Requests that differ in more than bounds cannot be compared.  Requests that can be compared form a
+group of points: one coordinate for each bound, larger where it is looser.  A request is tighter
+than another if none of its coordinates is larger.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Order:
 
     @classmethod
     def of(cls, requests: Sequence[Request]) -> Order:
-        """Part requests into groups and sort each.
+        """Divide requests into groups and sort each.
 
         Parameters
         ----------
@@ -71,15 +71,15 @@ class Order:
         ------
         index : int
         tighter, nearest : ndarray of int
-            Indices.  No other request lies between a request and its nearest ones; they are sorted
-            by the number of steps, closest first.
+            Indices. No other request lies between a request and those of `nearest`; these are
+            sorted by the number of steps, closest first.
         """
         for group, points in zip(self.groups, self.points, strict=True):
             for place, point in enumerate(points):
                 below = np.flatnonzero((points[:place] <= point).all(1))
                 left, chosen = below, []
                 while len(left):
-                    last = left[-1]  # the largest sum of ranks: nothing lies between
+                    last = left[-1]  # the largest sum of ranks: no request lies between
                     chosen.append(last)
                     left = left[~(points[left] <= points[last]).all(1)]
                 near = np.array(chosen, int)
@@ -109,7 +109,7 @@ class Order:
 
 
 def _group(request: Request) -> Request:
-    """Return a request without all bounds that are compared, and with any deviation permitted."""
+    """Return a request without the compared bounds, and with any deviation permitted."""
     wanted = request.constraints
     loose = {name: getattr(Constraints, name) for name in _COMPARED if not _is_polygon(wanted, name)}
     path = replace(request.path, deviation=1e-3 * request.path.extent)

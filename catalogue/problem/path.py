@@ -15,7 +15,7 @@ from ..units import unit_or_none
 #: Largest chord over radius of an arc measured along its chord: near a half circle the ends of the
 #: arc run across the chord, and the angle is the better measure.
 FULLEST = 1.98
-#: Angle of such an arc [deg].
+#: Angle of an arc whose chord over radius is `FULLEST` [deg].
 WIDE = math.degrees(2 * math.asin(0.5 * FULLEST)) * (1 + 1e-12)
 
 
@@ -173,7 +173,7 @@ class StraightLine(_Placed):
     radius = math.inf
     angle = 0.0
     is_wide = False
-    sweep: ClassVar[float | None] = None  #: chord over radius: none of a line
+    sweep: ClassVar[float | None] = None  #: chord over radius; None for a line
 
     @classmethod
     def between(
@@ -296,7 +296,7 @@ class CircularArc(_Placed):
 
     @property
     def extent(self) -> float:
-        """Largest distance between two points: the chord, beyond a half circle the diameter."""
+        """Largest distance between two points: the chord; beyond a half circle the diameter."""
         return 2 * self.radius if self.radius is not None and (self.angle or 0.0) > 180 else self.stroke
 
     @property
@@ -313,7 +313,9 @@ class CircularArc(_Placed):
 def consistent_arc(
     stroke: object, radius: object, angle: object, name: str = "stroke"
 ) -> tuple[float, float | None, float | None]:
-    """Complete chord, radius and angle [deg] of an arc from two; of any radius the chord alone.
+    """Complete chord, radius and angle [deg] of an arc from two of them.
+
+    For an arc of any radius the chord suffices.
 
     Raises
     ------

@@ -26,7 +26,7 @@ SEARCH_TOLERANCE = 1 - 2e-4
 
 @dataclass(frozen=True)
 class Request:
-    """All that `Catalogue.find` is asked for, but its starts; equal requests have equal answers.
+    """All arguments of `Catalogue.find` except its starts; equal requests have equal answers.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Request:
         return path
 
     def with_(self, **keywords: Any) -> Request:
-        """Change keywords of `Catalogue.find`, or numbers of the path.
+        """Change keywords of `Catalogue.find`, or fields of the path.
 
         Parameters
         ----------
@@ -136,7 +136,7 @@ class Request:
         path = {name: keywords.pop(name) for name in PATH_FIELDS if name in keywords}
         known = [one.name for one in fields(Constraints)]
         if wrong := [name for name in keywords if name not in known]:
-            Constraints.of({wrong[0]: None}, (*OWN, *PATH_FIELDS))  # says what is near
+            Constraints.of({wrong[0]: None}, (*OWN, *PATH_FIELDS))  # its message suggests similar names
         return replace(
             self,
             path=replace(self.path, **_reshaped(self.path, path)) if path else self.path,
@@ -200,12 +200,12 @@ class Request:
         Parameters
         ----------
         text : str
-            Names and values as of `from_dict`.
+            Names and values as in `from_dict`.
 
         Raises
         ------
         InvalidRequest
-            If it is no JSON, a name is unknown, or a value invalid.
+            If the text is no JSON, a name is unknown, or a value invalid.
         """
         from .forms import from_text
 
@@ -224,12 +224,12 @@ class Request:
         Parameters
         ----------
         text : str
-            Names and values as of `from_dict`.
+            Names and values as in `from_dict`.
 
         Raises
         ------
         InvalidRequest
-            If it is no TOML, a name is unknown, or a value invalid.
+            If the text is no TOML, a name is unknown, or a value invalid.
         """
         from .forms import from_text
 
@@ -244,7 +244,7 @@ class Request:
 
 #: Fields of a path.
 PATH_FIELDS = ("stroke", "deviation", "radius", "angle", "start", "along", "unit")
-#: Defaults of the fields of a request that are no constraints.
+#: Defaults of the fields of a request that are not constraints.
 DEFAULTS = {one.name: one.default for one in fields(Request) if one.name not in ("path", "constraints")}
 #: Names of these fields.
 OWN = (*DEFAULTS,)
@@ -256,12 +256,12 @@ def is_default(name: str, value: object) -> bool:
 
 
 def _is_pairs(given: object) -> bool:
-    """Tell whether desires are as a request keeps them."""
+    """Tell whether desires have the form in which a request keeps them."""
     return isinstance(given, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in given)
 
 
 def _reshaped(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
-    """Complete a change of one of stroke, radius and angle of an arc: one of the others is kept."""
+    """Complete a change of stroke, radius or angle of an arc: one of the other two is kept."""
     shape = ("stroke", "radius", "angle")
     changed = [name for name in shape if name in changes]
     if not isinstance(path, CircularArc) or len(changed) != 1 or (path.radius is None and changed == ["stroke"]):
@@ -271,12 +271,12 @@ def _reshaped(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
 
 
 def _weighed(given: Mapping[str, float]) -> str:
-    """Format weights as a text that `weights` reads as equal ones."""
+    """Format weights as a text that `weights` reads back unchanged."""
     if len(given) == 1:
         return next(iter(given))
     text = ",".join(f"{name}={weight!r}" for name, weight in given.items())
     again = weights(text)
-    return text if again == given else _weighed(again)  # the sum of rounded parts may not be 1
+    return text if again == given else _weighed(again)  # the sum of rounded weights may differ from 1
 
 
 @dataclass(frozen=True)
@@ -289,11 +289,11 @@ class Problem:
     same answers.
     """
 
-    path: PathRequest  # of stroke 1
+    path: PathRequest  # path of stroke 1
     constraints: Constraints
     ranking: Ranking
     limit: int  # maximum number of answers
-    effort: int  # multiple of the usual search time; 0: the first list
+    effort: int  # multiple of the usual search time; 0: only the first list
     scale: complex  # z -> scale z + shift maps the path to the user's frame
     shift: complex
     #: Objective in place of the ranking: minimise the violation of this constraint, or of
@@ -313,7 +313,8 @@ class Problem:
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
             path = CircularArc(1.0, digits(request.relative), radius)
-            if request.is_wide and request.angle and request.radius:  # the chord, which its angle tells better, follows
+            # the angle determines the arc more precisely than the chord, which follows from it
+            if request.is_wide and request.angle and request.radius:
                 radius, angle = digits(request.radius / request.extent), digits(request.angle)
                 path = CircularArc(deviation=digits(request.relative), radius=radius, angle=angle)
         if constraints.returns:
@@ -325,8 +326,8 @@ class Problem:
     def mirrors(self) -> tuple[bool, bool]:
         """Mirrors of the problem to search: at mid-path and, for a line, in the line.
 
-        They bring the regions to the left and below, so mirror images of a problem have the same
-        answers.
+        They move the regions to the left and below, so that mirror images of a problem have the
+        same answers.
         """
         middle = (0.5 * self.path.stroke, 0.0)
         corners = np.array([region.corners.mean(0) - middle for region in self.constraints.regions]).reshape(-1, 2)
@@ -359,7 +360,7 @@ class Problem:
     def curvature(self) -> float | None:
         """Curvature of the nominal, negative for a centre below it.
 
-        0 of a line, None of any radius.
+        0 for a line, None for any radius.
         """
         radius = self.path.radius
         return None if radius is None else -1 / radius + 0.0
@@ -383,7 +384,8 @@ class Problem:
     def zone(self) -> tuple[bool, int]:
         """Type of the zone: whether it is circular, and the number of its fitted coordinates.
 
-        None for a prescribed nominal, two for a line or an arc of given radius, else three.
+        No coordinate is fitted for a prescribed nominal, two for a line or an arc of given radius,
+        else three.
         """
         return self.curved, 0 if self.in_place else 3 if self.curvature is None else 2
 

@@ -20,14 +20,14 @@ from ..units import decimal
 from .criteria import ANSWERS, CRITERIA
 from .path import PathRequest, digits
 
-#: Desirability below which its negative logarithm is continued linearly: a desirability of zero
-#: still has a finite cost and a gradient.
+#: Desirability below which its negative logarithm is continued linearly: even a desirability of
+#: zero then has a finite cost and a gradient.
 WORTHLESS = 0.02
 
 
 @dataclass(frozen=True)
 class Desire:
-    """Desirability of a value: 1 from `best` on, 0 from `worst` on, linear in between.
+    """Desirability of a value: 1 beyond `best`, 0 beyond `worst`, linear in between.
 
     Derringer and Suich (1980), one-sided desirability with exponent 1.
     """
@@ -102,7 +102,7 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
 
 
 def _number(text: str) -> float | str:
-    """Convert a text to a number; return any other text unchanged, to be refused later."""
+    """Convert a text to a number; return any other text unchanged, to be rejected later."""
     found = decimal(text)
     return text if found is None else found
 
@@ -175,7 +175,7 @@ class Ranking:
 
     @property
     def good(self) -> float:
-        """Cost that can hardly be undercut; -infinity where none is known."""
+        """Cost below which hardly any guide falls; -infinity if unknown."""
         return sum(weight * GOOD.get(name, -np.inf) for name, weight in self.weights.items())
 
     @property
@@ -193,7 +193,8 @@ class Ranking:
             The `quantities`: size, links, ground, arm and travel in strokes; transmission in right
             angles; uniformity; deviation and allowance over tolerance.
         """
-        if self.only == "deviation":  # any monotonic function ranks alike; the logarithm is scale-free
+        # any monotonic function gives the same order; the logarithm is independent of scale
+        if self.only == "deviation":
             with np.errstate(divide="ignore"):
                 return np.asarray(np.log(values["deviation"]))
         return np.asarray(sum(w * self.criterion(name, values) for name, w in self.weights.items()))

@@ -1,4 +1,4 @@
-"""Regions of the plane, for pivots and links to stay in or out of: boxes, half planes, polygons."""
+"""Regions for pivots and links to stay in or out of: boxes, half planes, polygons."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..errors import InvalidRequest
 from ..given import doubles, listed
 from ..kinematics.types import Complexes, Floats, Mask
 
-#: Distance that stands for a side at infinity [unit of the region]: far beyond any linkage, exact
+#: Coordinate that represents a side at infinity [unit of the region]: far beyond any linkage, exact
 #: in doubles.
 FAR = 1e7
 
@@ -141,7 +141,7 @@ def zones(name: str, given: object) -> tuple[Region, ...]:
     found = listed(given)
     if found is None:
         raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
-    if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers
+    if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers of a single region
         found = [found]
     return tuple(sorted((Region.of(name, z) for z in found), key=lambda zone: zone._content))
 

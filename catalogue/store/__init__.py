@@ -1,8 +1,8 @@
 """The database of mechanisms: tables, upgrades, bulk filling, reading by columns.
 
-`models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk`
-what writes, `schema` what a file says of itself, `extract` a small file of some guides.  Import
-from the room itself what it lists, the tables too; it imports `kinematics` (array types),
+`models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk` the
+writing functions, `schema` the description in a file, `extract` a small file of some guides. Import
+the listed names, tables included, from the room itself; it imports `kinematics` (array types),
 `folders`, `errors`.
 """
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     )
     from .models import COLUMNS, PIVOTS, Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow, joined
 
-#: What takes SQLAlchemy, loaded when first used.
+#: Modules of the names that need SQLAlchemy, loaded when first used.
 _HOME = {
     "bulk": "drop_indexes finish is_indexed make_indexes prepare remove_batches remove_named_guides write_batch",
     "models": "COLUMNS PIVOTS Base Batch Guide Mechanism Reach Setting SpecimenRow joined",

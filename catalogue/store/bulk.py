@@ -1,7 +1,7 @@
-"""Filling of a database: `prepare`, `drop_indexes`, `write_batch`, `make_indexes`, `finish`.
+"""Fill a database: `prepare`, `drop_indexes`, `write_batch`, `make_indexes`, `finish`.
 
-To load and then index is four times as fast as to load into indexed tables.  A kill at any moment
-loses the open batch at most.
+Loading before indexing is four times as fast as loading into indexed tables. A kill at any moment
+loses at most the open batch.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ Columns = Mapping[str, Any]
 def write_batch(
     connection: Connection, batch: Columns | None, mechanisms: Columns, guides: Columns, reaches: Columns
 ) -> None:
-    """Add one finished batch in one transaction: all of it or, whatever happens, nothing.
+    """Add one finished batch in one transaction: completely, or on an error not at all.
 
     A column is an array or a list with one value per row, or one value for all rows; NaN is stored
-    as NULL.  The keys that connect the tables follow from the order of the rows, and the columns
-    that repeat those of another table.
+    as NULL. The order of the rows determines the keys that connect the tables, and the columns that
+    repeat those of another table.
 
     Parameters
     ----------
     connection : Connection
-        Not in a transaction.
+        Connection, not in a transaction.
     batch : mapping or None
         The values of one `Batch`; None for designs entered by hand.
     mechanisms : mapping of columns
-        Of `Mechanism`, but for its pivots: ``pivots``, shape (n, 12) or (n, 2, 2, 3), has them all.
+        Columns of `Mechanism`, with all pivots in ``pivots``, shape (n, 12) or (n, 2, 2, 3).
     guides : mapping of columns
-        Of `Guide`, with ``mechanism``, shape (m,): which of these mechanisms, from 0.
+        Columns of `Guide`, with ``mechanism``, shape (m,): index into these mechanisms, from 0.
     reaches : mapping of columns
-        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.
+        Columns of `Reach`, with ``guide``, shape (k,): index into these guides, from 0.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
 def remove_batches(connection: Connection, ids: Sequence[int]) -> None:
     """Remove batches with all guides and specimens stored from them."""
     if ids:
-        make_indexes(connection)  # without them each row would be looked for in all of the file
+        make_indexes(connection)  # without them the whole file would be searched for each row
         with _writing(connection):
             connection.execute(delete(Batch).where(Batch.id.in_(ids)))
 
@@ -100,15 +100,15 @@ def make_indexes(connection: Connection) -> None:
 
 
 def is_indexed(connection: Connection) -> bool:
-    """Return whether all indexes are there."""
-    # A bare cursor leaves no transaction open in the way of what comes next.
+    """Tell whether all indexes exist."""
+    # A bare cursor leaves no transaction open, which would block the next one.
     present = connection.connection.cursor()
     present.execute("SELECT name FROM sqlite_master WHERE type = 'index'")
     return {index.name for index in _indexes()} <= {name for (name,) in present.fetchall()}
 
 
 def prepare(database: Database) -> None:
-    """Let the file be filled and read at once: changes go to a log beside it, until `finish`."""
+    """Let the file be written and read at once: changes go to a write-ahead log until `finish`."""
     with database_errors(database.path), closing(connect(database.path)) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
 
@@ -133,9 +133,9 @@ def finish(database: Database) -> bool:
 
 @contextmanager
 def _writing(connection: Connection) -> Iterator[None]:
-    """Open a transaction with the write lock, once the seal is checked.
+    """Open a transaction with the write lock, after a check of the seal.
 
-    Errors of the disk are raised with their cause.
+    Disk errors are raised with their cause.
     """
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():
@@ -148,7 +148,7 @@ def _indexes() -> list[Index]:
 
 
 def _local(places: object, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Check row numbers within the batch: a wrong one might meet a row of an older batch."""
+    """Check row numbers within the batch: a wrong one might refer to a row of an older batch."""
     rows = np.asarray(places, dtype=np.int64)
     if rows.size and (rows.min() < 0 or rows.max() >= count):
         raise ValueError(f"a row refers to one outside its batch, of {count} rows")
@@ -168,13 +168,13 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
     names = ", ".join(f'"{known[name].name}"' for name in columns)
     places = ", ".join("?" * len(columns))
     rows = zip(*(_values(column, count) for column in columns.values()), strict=True)
-    cursor = cast(sqlite3.Cursor, connection.connection.cursor())  # unlike others it takes an iterator
+    cursor = cast(sqlite3.Cursor, connection.connection.cursor())  # unlike other cursors this one takes an iterator
     cursor.executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)  # nosec B608  # names of our own tables
     return first
 
 
 def _values(column: object, count: int) -> Sequence[Any]:
-    """Convert to Python's numbers and texts: SQLite takes NumPy's integers for blobs."""
+    """Convert to Python's numbers and texts: SQLite would store NumPy's integers as blobs."""
     if isinstance(column, np.generic | np.ndarray):
-        column = column.tolist()  # of one value that value
+        column = column.tolist()  # a single value remains one
     return column if isinstance(column, Sequence) and not isinstance(column, str | bytes) else [column] * count

@@ -1,4 +1,4 @@
-"""One database file, opened; its columns are read straight from the driver's cursor to arrays."""
+"""An open database file; its columns are read directly from the driver's cursor to arrays."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine, Select
 
 _CHUNK = 50_000  # rows held as Python objects at a time
-#: Largest number that is stored.
+#: Largest number that the file may hold.
 LARGEST = 1.7e308
-#: Least and most of what is stored, by column; all other numbers are finite.
+#: Range of stored values by column; all other numbers are finite.
 _RANGES = {
     **{name: (column.range.least, column.range.most) for name, column in STORED.items()},
     **dict.fromkeys(("stroke", "half", "smallest", "rho0"), (5e-324, 1e300)),
@@ -61,10 +61,9 @@ def read_columns(
     Parameters
     ----------
     select : Select
-        Of single columns with distinct names (not of ORM entities).
+        Select of single columns with distinct names (not of ORM entities).
     bound : mapping, optional
-        Values of the select's bound parameters: to build a select once costs less than to build it
-        for each value.
+        Values of the select's bound parameters: one select can then serve several values.
 
     Returns
     -------
@@ -75,8 +74,8 @@ def read_columns(
     Raises
     ------
     sqlite3.DataError
-        If a value cannot be: an INTEGER is NULL (say in the select what stands for it), a size is
-        negative.
+        If a value is impossible, such as a negative size or an INTEGER that is NULL (the select
+        must replace NULL).
     """
     types = [column.type.python_type for column in select.selected_columns]
     result = connection.execute(select, bound)
@@ -112,7 +111,8 @@ def _read(name: str, kind: type, values: Sequence[object]) -> Array:
         raise sqlite3.DataError(f"{IMPOSSIBLE}{name} is no column of numbers") from None
     if found.dtype == object:
         distinct = {*values} - ({None} if name in _NULL else set()) if kind is str else set()
-        wrong = [v for v in distinct if not isinstance(v, str) or not v.isprintable()]  # what a terminal would obey
+        # characters that would control a terminal
+        wrong = [v for v in distinct if not isinstance(v, str) or not v.isprintable()]
     elif found.dtype.kind == "f" or name in _RANGES:
         low, high = _RANGES.get(name, (-LARGEST, LARGEST))
         good = (found >= low) & (found <= high)
@@ -185,7 +185,7 @@ class Database:
         Raises
         ------
         DatabaseError
-            If the file is not as it was sealed, or cannot be written.
+            If the file has changed since it was sealed, or cannot be written.
         """
         engine = self.engine.execution_options(immediate=True)
         with database_errors(self.path), engine.begin() as connection:
@@ -205,13 +205,13 @@ class Database:
 
     @property
     def has_guides(self) -> bool:
-        """Whether any guide is stored; `DatabaseError` as of `plain`."""
+        """Whether any guide is stored; `DatabaseError` as in `plain`."""
         return bool(len(self.plain({"id": int}, "FROM guide LIMIT 1")["id"]))
 
     def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[object] = ()) -> dict[str, Array]:
         """Read columns, given with their Python types, by the SQL text SELECT columns rest.
 
-        Like `read`, without SQLAlchemy: importing it would take longer than a search reads.
+        Like `read`, without SQLAlchemy: its import would take longer than the reading in a search.
 
         Raises
         ------
@@ -240,9 +240,9 @@ class Database:
             return found
 
     def pivots(self, rows: Mapping[str, Array]) -> Floats:
-        """Return `stacked_pivots`, once it is clear that they are those of linkages.
+        """Return `stacked_pivots` after a check that they form linkages.
 
-        Else `DatabaseError`.
+        Otherwise raise `DatabaseError`.
         """
         found = stacked_pivots(rows)
         far = found[..., 2] == 0
@@ -294,7 +294,7 @@ class Database:
         from .schema import VIEWS
 
         for name, table in Base.metadata.tables.items():
-            # an INTEGER that may be NULL is the number of a row that is not there
+            # an INTEGER that may be NULL refers to a row that may be missing
             columns = [c for c in table.columns if not (c.nullable and c.type.python_type is int)]
             for start in count(0, _CHUNK):
                 rows = self.read(select(*columns).limit(_CHUNK).offset(start))
@@ -320,9 +320,9 @@ class Database:
             return found.st_size, found.st_mtime_ns, *(path.stat().st_mtime_ns for path in (log,) if path.exists())
 
     def seal(self) -> None:
-        """Keep a digest of the file in it, by which `check` sees any change.
+        """Store a digest of the file in it, by which `check` detects any change.
 
-        Who writes takes it away.
+        A write removes the digest.
         """
         with database_errors(self.path), closing(files.connect(self.path)) as connection:
             connection.execute("BEGIN IMMEDIATE")
@@ -330,7 +330,7 @@ class Database:
             connection.execute("COMMIT")
 
     def get_setting(self, key: str) -> str | None:
-        """Return the text kept under `key`, None if there is none."""
+        """Return the text stored under `key`, None if there is none."""
         found = self.plain({"value": str}, "FROM setting WHERE key = ?", [key])["value"]
         return str(found[0]) if len(found) else None
 
@@ -359,7 +359,7 @@ class Database:
             connection.execute(statement.on_conflict_do_update(index_elements=[Setting.key], set_={"value": value}))
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the connections to the file."""
         if "engine" in vars(self):
             self.engine.dispose()
 

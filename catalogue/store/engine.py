@@ -26,7 +26,7 @@ from . import seal
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
 
-PATIENCE = 10.0  # how long to wait for another process's lock [s]
+PATIENCE = 10.0  # time to wait for another process's lock [s]
 
 _PRAGMAS = """
 PRAGMA foreign_keys = ON;
@@ -51,8 +51,7 @@ _SAYINGS = {
     "or name another with --db",
     sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
 }
-#: How errors begin that say what cannot be of a file, unless something else than the catalogue has
-#: changed it.
+#: Start of messages about values that only another program can have written.
 IMPOSSIBLE = "impossible: "
 
 
@@ -60,8 +59,8 @@ IMPOSSIBLE = "impossible: "
 def database_errors(path: Path) -> Iterator[None]:
     """Convert errors of the disk, of permissions or of locks to a one-line `DatabaseError`.
 
-    A broken constraint is a fault of the program, not of the file, and passes unchanged; a
-    statement that fails is not, as all are tried on sound files.
+    A violated constraint is a fault of the program, not of the file, and is raised unchanged. A
+    statement that fails is a fault of the file, as all statements work on sound files.
     """
     try:
         yield
@@ -69,7 +68,7 @@ def database_errors(path: Path) -> Iterator[None]:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
     except UnicodeEncodeError as error:
         raise InvalidRequest(f"{quoted(error.object)} is no text: it has half of a pair of code units") from None
-    except UnicodeDecodeError as error:  # of what SQLite says of the tables
+    except UnicodeDecodeError as error:  # from SQLite's description of the tables
         raise DatabaseError(f"{path} is damaged: {_RENEW}") from error
     except Exception as error:
         cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold that of the driver
@@ -102,9 +101,9 @@ def connect(path: Path, *, writable: bool = True) -> sqlite3.Connection:
 def engine_for(path: Path, *, writable: bool = True) -> Engine:
     """Create an engine for the file `path` with transactions that include changes of tables.
 
-    A connection with the execution option ``immediate`` takes the write lock at once: a transaction
-    that reads before it writes would fail, not wait, when another process writes in between.  No
-    connection is kept: a file that has taken the place of this one is read.
+    A connection with the execution option ``immediate`` acquires the write lock at once: a
+    transaction that reads before it writes would fail, rather than wait, when another process
+    writes in between. Connections are not pooled, so that a file that replaces this one is read.
     """
     from sqlalchemy import URL, create_engine, event
     from sqlalchemy.pool import NullPool
@@ -121,7 +120,7 @@ def _begin(connection: Connection) -> None:
 
 
 def check_seal(connection: sqlite3.Connection, path: Path) -> None:
-    """Raise `sqlite3.DataError` where a file has a seal and has changed since it got it."""
+    """Raise `sqlite3.DataError` if a file has a seal and has changed since."""
     if seal.is_broken(connection, path):
         raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
 
@@ -129,8 +128,8 @@ def check_seal(connection: sqlite3.Connection, path: Path) -> None:
 def unseal(connection: Connection, path: Path) -> None:
     """Check the seal, then remove it, in a transaction that will write.
 
-    Whoever writes seals the file again at the end: a change that somebody else made would be sealed
-    with it.
+    A writer seals the file again at the end, and would seal a foreign change with it; hence the
+    check.
     """
     driver = cast(sqlite3.Connection, connection.connection.driver_connection)
     check_seal(driver, path)
@@ -142,9 +141,9 @@ class Layout:
     """A kind of file: its tables, and the folder of its migrations."""
 
     what: str  #: name in messages
-    tables: frozenset[str]  #: some of its tables, by which it is told from other databases
+    tables: frozenset[str]  #: names of some of its tables, which identify the kind of file
     versions: str  #: folder below `migrations`
-    models: str  #: module of its tables, with their `Base`
+    models: str  #: module of its table classes, with their `Base`
     is_described: bool = False  #: whether it holds views and a description of its tables
 
 
@@ -155,7 +154,7 @@ CATALOGUE = Layout(
 
 
 def revisions(layout: Layout = CATALOGUE) -> list[str]:
-    """Return the known revisions in order, with which file names of migrations begin."""
+    """Return the known revisions in order; file names of migrations begin with them."""
     return sorted(file.stem.split("_")[0] for file in (folder("migrations") / layout.versions).glob("[0-9]*.py"))
 
 
@@ -185,8 +184,7 @@ def revision(path: Path, layout: Layout = CATALOGUE) -> str | None:
 def bring_up_to_date(path: Path, layout: Layout = CATALOGUE) -> None:
     """Create the tables in the file `path`, or upgrade older ones.
 
-    An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy of each
-    revision that it had.
+    An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy per revision.
 
     Raises
     ------
@@ -201,7 +199,7 @@ def bring_up_to_date(path: Path, layout: Layout = CATALOGUE) -> None:
         return
     if found is None:
         make_folder(path.parent)
-        with suppress(FileExistsError):  # SQLite would leave out what the umask gives to the group
+        with suppress(FileExistsError):  # SQLite would ignore the umask's permissions for the group
             path.touch(exist_ok=False)
         _migrate(path, layout)
     elif found not in known:
@@ -213,7 +211,7 @@ def bring_up_to_date(path: Path, layout: Layout = CATALOGUE) -> None:
         try:
             with database_errors(path):
                 _migrate(path, layout)
-        except Exception as error:  # a migration may fail in any way, and the user must hear that nothing is lost
+        except Exception as error:  # a migration may fail in any way, and the user must learn that no data are lost
             reason = (str(error) or repr(error)).splitlines()[0]
             raise DatabaseError(
                 f"{path} could not be upgraded from revision {found} to {known[-1]} ({reason}): it is unchanged"
@@ -228,10 +226,10 @@ def _backed_up(path: Path, found: str) -> Iterator[None]:
     """
     endings = chain([""], (f"-{number}" for number in count(2)))
     copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
-    part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists one that a kill has left
+    part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists a part that a kill has left
     try:
         part.touch(0o600, exist_ok=False)
-        part.chmod(S_IMODE(path.stat().st_mode))  # a copy is as private as what it is of
+        part.chmod(S_IMODE(path.stat().st_mode))  # the copy has the permissions of the original
         with closing(connect(path)) as source, closing(connect(part)) as target:
             source.backup(target)
         copy = next(name for name in copies if not name.exists() or cmp(name, part, shallow=False))
@@ -270,7 +268,7 @@ def _migrate(path: Path, layout: Layout) -> None:
             # cascade.  The switch does nothing inside a transaction, hence the bare cursor.
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
             with ExitStack() as stack, connection.begin():
-                older = revision(path, layout)  # another process may have been faster
+                older = revision(path, layout)  # another process may have upgraded it in the meantime
                 if older == revisions(layout)[-1]:
                     return
                 unseal(connection, path)

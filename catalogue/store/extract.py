@@ -1,4 +1,4 @@
-"""A small database of some guides, which is whole without the catalogue."""
+"""A small database of some guides, complete without the catalogue."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import BinaryIO
 from .database import Database
 from .engine import connect, database_errors
 
-#: Tables of the extract, each made of the table or view of that name, so that what reads the one
-#: reads the other.
+#: Tables of the extract, each copied from the table or view of the same name, so that programs can
+#: read either.
 _TABLES = {
     "guides": "id IN wanted",
     "pivots": "mechanism_id IN (SELECT mechanism_id FROM extract.guides)",
@@ -30,9 +30,9 @@ def write_extract(database: Database, guides: Iterable[int], file: BinaryIO) -> 
     Raises
     ------
     DatabaseError
-        If they cannot be written.
+        If the guides cannot be written.
     """
-    with TemporaryDirectory() as folder:  # of the user alone: SQLite opens its files by their names
+    with TemporaryDirectory() as folder:  # private to the user: SQLite opens its files by their names
         extract = Path(folder) / "extract.db"
         with database_errors(extract), closing(connect(database.path)) as connection:
             connection.execute("ATTACH ? AS extract", (f"{extract.as_uri()}?mode=rwc",))

@@ -1,11 +1,11 @@
 """Views for readers by SQL alone, and the meaning of every table and column.
 
 The views ``guides`` (a guide with its mechanism in one row) and ``pivots`` (a pivot in one row) and
-the table ``description`` say nothing of their own: they are made anew, from the selects below and
-from the comments in `models`, whenever a file is made or upgraded, so that no migration needs to
-know them.  Views take no room.  Pivots are columns of numbers, not blobs: SQLite has no function
-that reads a double from bytes, and a view that needed one of ours could be read by no other
-program.
+the table ``description`` hold no data of their own. They are made from the selects below and from
+the comments in `models` whenever a file is created or upgraded, so that no migration has to know
+them. Views take no space. Pivots are columns of numbers, not blobs: SQLite has no function that
+reads a double from bytes, and no other program could read a view that needed a function of this
+package.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .models import PIVOTS, Base, Description, Guide, Mechanism
 
 @dataclass(frozen=True)
 class Described:
-    """What one column holds; all of a table or view if `column_name` is empty."""
+    """Meaning of one column; of a whole table or view if `column_name` is empty."""
 
     table_name: str
     column_name: str
@@ -56,7 +56,7 @@ VIEWS: dict[str, tuple[SelectBase, str]] = {
     "guides": (GUIDES, "A guide with its mechanism in one row, in the canonical frame."),
     "pivots": (_PIVOTS, "A pivot of a mechanism in one row, in the canonical frame."),
 }
-#: Columns of views that are none of a table.
+#: Columns of views that belong to no table.
 _MADE = {
     "mechanism_id": "mechanism it belongs to",
     "dyad": "1 or 2",
@@ -68,9 +68,9 @@ _MADE = {
 
 
 def described() -> Iterator[Described]:
-    """Yield what every table, view and column of a file holds.
+    """Yield the meaning of every table, view and column of a file.
 
-    Before its columns the table itself.
+    A table comes before its columns.
     """
     yield Described("alembic_version", "", "table", "", "The state of the tables, as Alembic keeps it.")
     yield Described("alembic_version", "version_num", "VARCHAR(32)", "", "revision of the tables")
@@ -84,7 +84,7 @@ def described() -> Iterator[Described]:
 
 
 def drop_views(connection: Connection) -> None:
-    """Drop the views, before tables change under them."""
+    """Drop the views before a change of their tables."""
     for name in VIEWS:
         connection.exec_driver_sql(f"DROP VIEW IF EXISTS {name}")
 

@@ -1,4 +1,4 @@
-"""Studies: many requests as one monotone map, run on any engine, kept in one file, resumed from it.
+"""Studies: many requests as one monotone map, run on any engine, stored in a file and resumable.
 
 `study` has `Study`, `reading` files of requests and grids, `order` what is looser and tighter,
 `run` the rounds, `task` the work of a worker, `results_file` the file and `models` its tables;

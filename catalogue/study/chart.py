@@ -1,8 +1,8 @@
-"""The map of a study as a page of HTML that stands alone.
+"""The map of a study as a self-contained page of HTML.
 
-Cells over two axes, shaded by a value of their best answer, one chart for each combination of the
-other axes; contours of the value, heavy lines where the series or the family changes; below, a
-card for each cell, unless they are thousands.
+Cells over two axes are shaded by a value of their best answer, in one chart for each combination of
+the other axes. Contours show the value, heavy lines a change of series or family. Below the charts
+each cell has a card, unless there are thousands.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Layout:
     levels: int = 8  #: maximum number of contours
     cell: tuple[int, int] = (64, 38)  #: width and height of a cell [px]
     single: int = 3000  #: maximum number of cells with links and cards: a page of two megabytes
-    small: tuple[int, int] = (8, 6)  #: width and height of a cell where there are more [px]
-    between: int = 72  #: least distance of labels side by side there [px]
-    labels: tuple[int, int] = (176, 46)  #: room for the labels of rows and of columns [px]
+    small: tuple[int, int] = (8, 6)  #: width and height of a cell if there are more [px]
+    between: int = 72  #: least horizontal distance of labels then [px]
+    labels: tuple[int, int] = (176, 46)  #: width and height of the space for the labels of rows and of columns [px]
 
 
 LAYOUT = Layout()
@@ -48,7 +48,7 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
     Parameters
     ----------
     table : DataFrame
-        As `Study.to_pandas` returns it.
+        Table of `Study.to_pandas`.
     records : dict of int to str
         Records of the best answers to draw, by number.
     value : str
@@ -100,7 +100,7 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
 
 
 def _axes(table: pd.DataFrame) -> dict[str, list[str]]:
-    """Return the values, as text, of the names that vary."""
+    """Return the values, as text, of the names with more than one value."""
     names = [str(name) for name in table.columns]
     asked = names[1 : names.index("status")]
     found = {name: sorted({one for one in table[name].tolist() if one == one}, key=_sorting) for name in asked}
@@ -165,7 +165,7 @@ def _chart(
 def _cells(
     shown: dict[tuple[int, int], dict[str, Any]], value: str, span: tuple[float, float]
 ) -> tuple[list[Markup], list[Markup]]:
-    """Draw each cell with a link to its card; return their texts apart."""
+    """Draw each cell with a link to its card; return the texts separately."""
     wide, high = LAYOUT.cell
     drawn = [_cell(row, value, span, LAYOUT.labels[0] + i * wide, k * high) for (i, k), row in shown.items()]
     return [cell for cell, _ in drawn], [text for _, texts in drawn for text in texts]
@@ -205,7 +205,7 @@ def _shade(row: dict[str, Any], value: str, span: tuple[float, float]) -> float 
 
 
 def _face(shade: float | None, kind: str = "cell") -> dict[str, str]:
-    """Return the attributes of a cell of a shade."""
+    """Return the attributes of a cell with a given shade."""
     if shade is None:
         return {"class_": f"{kind} none"}
     return {"class_": kind, "fill-opacity": f"{0.12 + 0.88 * shade:.2f}"}
@@ -235,7 +235,7 @@ def _levels(
 def _cell(
     row: dict[str, Any], value: str, span: tuple[float, float], left: float, top: float
 ) -> tuple[Markup, list[Markup]]:
-    """Draw a cell that leads to its card; return its texts apart, to stand above the contours."""
+    """Draw a cell that links to its card; return its texts separately, for above the contours."""
     best = row[f"best_{value}"] if _is_number(row, value) else None
     shade = _shade(row, value, span)
     told = f"request {row['number']}: " + (

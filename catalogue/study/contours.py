@@ -31,7 +31,7 @@ def contours(
     Returns
     -------
     list of complex ndarray, shape (segments, 2)
-        Ends, in columns and rows, by level.
+        Ends of the segments of each level, in columns and rows.
     """
     if not values:
         return [np.zeros((0, 2), complex) for _ in levels]
@@ -40,7 +40,7 @@ def contours(
 
 
 def _triangles(values: Mapping[Place, float], kinds: Mapping[Place, Hashable]) -> tuple[Complexes, Floats]:
-    """Part cells at their centre, sides and corners; return corners and values, (n, 3) each."""
+    """Divide cells at their centre, sides and corners; return corners and values, (n, 3) each."""
     places = np.array([*values])
     numbers: dict[Hashable, int] = {}
     shape = places.max(0) + 3  # with a margin
@@ -50,7 +50,7 @@ def _triangles(values: Mapping[Place, float], kinds: Mapping[Place, Hashable]) -
     kind[i, k] = [numbers.setdefault(kinds[place], len(numbers)) for place in values]
 
     def mean(across: int, down: int) -> Floats:
-        """Return the mean over the cells of a kind that meet at a side or corner."""
+        """Return the mean over the cells of equal kind that meet at a side or corner."""
         total, count = np.zeros(len(i)), np.zeros(len(i))
         for a, d in {(0, 0), (across, 0), (0, down), (across, down)}:
             alike = kind[i + a, k + d] == kind[i, k]
@@ -68,11 +68,11 @@ def _triangles(values: Mapping[Place, float], kinds: Mapping[Place, Hashable]) -
 
 
 def _segments(points: Complexes, heights: Floats) -> Complexes:
-    """Return where triangles are cut at height 0, shape (segments, 2)."""
+    """Return the segments in which triangles are cut at height 0, shape (segments, 2)."""
     below = heights < 0
     cut = below.any(1) & ~below.all(1)
     points, heights, below = points[cut], heights[cut], below[cut]
-    lone = np.argmax(below == (below.sum(1) == 1)[:, None], axis=1)  # the corner alone on its side
+    lone = np.argmax(below == (below.sum(1) == 1)[:, None], axis=1)  # the corner that is alone on its side of the level
     row = np.arange(len(points))
     one, top = points[row, lone], heights[row, lone]
     ends = []

@@ -1,4 +1,4 @@
-"""The Pareto front of a request as a page of HTML: a curve, and a card a point."""
+"""The Pareto front of a request as a page of HTML: a curve, and a card per point."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def page(criteria: Sequence[str], answers: Sequence[tuple[str, Candidate]], x: s
     Parameters
     ----------
     criteria : sequence of str
-        Those that the request ranks by.
+        Criteria by which the request ranks.
     answers : sequence of (str, Candidate)
         Records and guides, best first.
     x, y : str
@@ -139,7 +139,7 @@ def _chart(
 
 
 def _scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
-    """Return the ends of an axis, a little beyond its values, and round values within."""
+    """Return the ends of an axis, a little beyond its values, and round values in between."""
     low, high = min(values), max(values)
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0
     return low - margin, high + margin, ticks(low - margin, high + margin, 6)

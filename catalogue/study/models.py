@@ -1,7 +1,7 @@
 """Tables of a results file: requests, their results by round, answers.
 
-Of each request the result of the last round counts.  Earlier results are kept: a study that was
-killed repeats its decisions from them, and so ends with the table of an undisturbed one.
+For each request the result of the last round is valid. Earlier results are kept: a killed study
+repeats its decisions from them, and so ends with the table of an uninterrupted one.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from ..store.engine import Layout
 from ..store.models import Base as CatalogueBase
 
-#: A file of results.
+#: Layout of a results file.
 RESULTS = Layout("of a study", frozenset({"request", "result", "answer"}), "study", "catalogue.study.models")
 
 
 class Base(DeclarativeBase):
-    """Base of the tables, with types and names of rules as in a catalogue."""
+    """Base of the tables, with the types and constraint names of a catalogue."""
 
     type_annotation_map: ClassVar[dict[type, Any]] = {float: REAL, str: TEXT, int: INTEGER}
     metadata = MetaData(naming_convention=CatalogueBase.metadata.naming_convention)

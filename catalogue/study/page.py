@@ -1,4 +1,4 @@
-"""A page of HTML that stands alone: a head, charts, and a card for each answer."""
+"""A self-contained page of HTML: a head, charts, and a card for each answer."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..draw.moving_style import DARK, LIGHT, STYLE, properties
 from ..find.candidate import Candidate
 from ..markup import NOTHING, Markup, element, fill, join
 
-#: Values of an answer that charts show and cards tell, with their titles.
+#: Values of an answer that charts and cards show, with their titles.
 VALUES = {
     "score": "Score",
     "size": "Size",
@@ -61,7 +61,7 @@ def standing_alone(title: str, told: str, charts: Sequence[Markup], cards: Seque
 
 
 def card(name: str, head: Sequence[str], lines: Sequence[Markup], guide: Candidate | None = None) -> Markup:
-    """Return a card with a name to lead to: drawing, head, lines."""
+    """Return a card: a name as link target, drawing, head, lines."""
     drawing = NOTHING if guide is None else moving_svg(guide, width=260, height=150, style=False)
     return element("article", drawing, element("h2", *head), *lines, id=name)
 

@@ -14,7 +14,7 @@ from ..folders import expanded
 from ..given import listed
 from ..problem.problem import Request
 
-#: Most requests of a study: a grid grows fast by a slip.
+#: Largest number of requests of a study: a slip makes a grid huge.
 MOST = 1_000_000
 
 
@@ -24,7 +24,7 @@ def grid(base: Mapping[str, Any], axes: Mapping[str, Any]) -> list[Request]:
     Parameters
     ----------
     base : mapping of str to object
-        What all requests share; see `Request.from_dict`.
+        Common values of all requests; see `Request.from_dict`.
     axes : mapping of str to sequence, or to a mapping ``{"scale": numbers}``
         Values by name, the last name varying fastest; or factors by which a box, or a number, of
         the base is scaled, a box about its centre.

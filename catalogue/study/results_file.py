@@ -19,9 +19,9 @@ from .task import Done, request_texts
 
 
 class ResultsFile:
-    """A file of results, opened; one process writes it."""
+    """An open file of results; only one process writes it."""
 
-    chunk: ClassVar[int] = 1000  #: results read at a time: some megabytes of text
+    chunk: ClassVar[int] = 1000  #: number of results read at a time: some megabytes of text
 
     def __init__(self, path: str | PathLike[str], *, create: bool = True, writable: bool = True) -> None:
         self.database = Database.open(path, create=create, writable=writable, layout=RESULTS)
@@ -51,7 +51,7 @@ class ResultsFile:
             connection.execute(insert(Setting).prefix_with("OR REPLACE"), rows)
 
     def belongs_to(self, digest: str) -> None:
-        """Note the catalogue that the answers are from.
+        """Store the identity of the catalogue from which the answers are.
 
         Raises
         ------
@@ -68,7 +68,7 @@ class ResultsFile:
         self.note(**now)
 
     def write(self, results: Iterable[tuple[int, int, Done]]) -> None:
-        """Add results, each of a request in a round, in one transaction."""
+        """Add results, each for a request in a round, in one transaction."""
         rows: list[dict[str, Any]] = []
         answers: list[dict[str, Any]] = []
         for number, place, done in results:
@@ -105,7 +105,7 @@ class ResultsFile:
         keys : mapping of int to int
             Rounds by request.
         most : int, optional
-            Maximum number of each.
+            Maximum number per request.
         """
         found: dict[int, list[str]] = {}
         query = select(AnswerRow.record).order_by(AnswerRow.place).limit(most)

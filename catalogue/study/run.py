@@ -1,12 +1,12 @@
 """Run a study: rounds of tasks, each decided by the results of the rounds before.
 
-Round 0 answers each request after all tighter ones, with their answers as starts.  A search is run
-for every second value of each bound, for others where these answers do not suffice.  Round 1 asks
-requests without an answer again, from the answers to looser ones.  Further rounds go back where an
-answer to a tighter request is better than the own ones, judged by the own ranking, until none is.
-At last each request without an answer gets advice: the change to the nearest looser request that
-has one.  All decisions depend on results of earlier rounds alone, so that neither the engine nor a
-killed process changes the table.
+Round 0 answers each request after all tighter ones, with their answers as starts. A search is run
+for every second value of each bound, and for other requests where these answers do not suffice.
+Round 1 repeats requests without an answer, starting from the answers to looser ones. Further rounds
+repeat each request for which an answer to a tighter request is better, by the ranking of the
+former, than its own answers, until there is none. Finally each request without an answer gets
+advice: the change to the nearest looser request that has one. All decisions depend only on results
+of earlier rounds, so that neither the engine nor a killed process changes the table.
 """
 
 from __future__ import annotations
@@ -31,17 +31,18 @@ from .task import Done
 
 
 class StudyOptions(NamedTuple):
-    """Order of the work of a study."""
+    """Options of the order of work in a study."""
 
-    pause: float = 0.5  #: time between two writes of results [s]: this much work is lost by a kill
-    ahead: int = 3  #: tasks that wait for each worker
-    #: most rounds that go back: a better start may lead to an answer that is better elsewhere too
+    pause: float = 0.5  #: time between two writes of results [s]: a kill loses this much work
+    ahead: int = 3  #: number of waiting tasks per worker
+    #: largest number of rounds that repeat requests: a better start may lead to a better answer
+    #: elsewhere too
     back: int = 4
-    #: Difference of costs that counts: above the rounding of a guide that is laid and measured
+    #: Difference of costs that counts: above the rounding of a guide that is placed and measured
     #: again.
     worse: float = 1e-7
-    chunk: int = 64  #: answers whose costs a task computes
-    compared: int = 64  #: nearest looser requests with answers among which advice is chosen
+    chunk: int = 64  #: number of answers whose costs a task computes
+    compared: int = 64  #: number of nearest looser requests with answers that are compared for advice
 
 
 STUDY = StudyOptions()
@@ -49,16 +50,16 @@ STUDY = StudyOptions()
 
 @dataclass(frozen=True)
 class State:
-    """State of a study, as it is reported after each result."""
+    """State of a study, as reported after each result."""
 
-    done: int  #: tasks of this round with a result
-    wanted: int  #: tasks of this round
+    done: int  #: number of tasks of this round with a result
+    wanted: int  #: number of tasks of this round
     round: int
-    seconds: float  #: since the start, by the clock on the wall
+    seconds: float  #: elapsed time [s]
 
     @property
     def left(self) -> float:
-        """Estimate of the time that this round still takes [s]."""
+        """Estimated remaining time of this round [s]."""
         return self.seconds / self.done * (self.wanted - self.done) if self.done else math.inf
 
 
@@ -74,7 +75,7 @@ class Run:
     file: ResultsFile
     pool: Engine
     report: Report = lambda _: None
-    #: Round of the best answer judged, and its cost, by ranking and number.
+    #: Round of the best evaluated answer, and its cost, by ranking and number.
     costs: defaultdict[tuple[Any, Any], dict[int, tuple[int, float]]] = field(default_factory=lambda: defaultdict(dict))
 
     def __post_init__(self) -> None:
@@ -83,7 +84,7 @@ class Run:
         self.requests = [Request.from_json(text) for text in self.texts.values()]
         self.order = Order.of(self.requests)
         self.nearest: dict[int, list[int]] = {}
-        self.surpassed: set[int] = set()  #: requests with a looser one
+        self.surpassed: set[int] = set()  #: requests that have a looser one
         for index, _, near in self.order.tighter():
             ones = [self.numbers[i] for i in near]
             self.nearest[self.numbers[index]] = ones if takes_starts(self.requests[index]) else []
@@ -92,7 +93,7 @@ class Run:
         self.request = dict(zip(self.numbers, self.requests, strict=True))
 
     def run(self) -> None:
-        """Run all rounds that are left."""
+        """Run all remaining rounds."""
         self._first_round()
         self._again()
         for place in range(2, 2 + STUDY.back):
@@ -129,7 +130,7 @@ class Run:
         return list(dict.fromkeys(starts)), bool(starts)
 
     def _again(self) -> None:
-        """Ask requests without an answer again, from the answers to the nearest looser ones."""
+        """Repeat requests without an answer, from the answers to the nearest looser ones."""
         state = self.file.done(before=1)
         near: defaultdict[int, list[int]] = defaultdict(list)
         for number, ones in self.nearest.items():
@@ -144,7 +145,7 @@ class Run:
         self._round(1, wanted, starts)
 
     def _back(self, place: int) -> bool:
-        """Go back where a tighter request has a better answer; tell whether there was any."""
+        """Repeat requests to which a tighter one has a better answer; tell whether any had."""
         better = self._better(place)
         if not better:
             return False
@@ -158,7 +159,7 @@ class Run:
         return True
 
     def _better(self, place: int) -> dict[int, int]:
-        """Return, for each request with a better answer to a tighter one, the number of that."""
+        """Return, by request, the number of a tighter one whose answer is better."""
         state = self.file.done(before=place)
         answered = {number: round_ for number, (round_, status, _) in state.items() if status == "answers"}
         judged = self._judged(answered)
@@ -176,7 +177,7 @@ class Run:
         return dict(sorted(found.items()))
 
     def _ranking(self, number: int) -> tuple[Any, Any]:
-        """Return what the cost of a linkage depends on: the path and the ranking of a request."""
+        """Return the arguments of the cost of a linkage: path and ranking of a request."""
         request = self.request[number]
         return request.path, (request.rank_by, request.desires, request.constraints.play)
 
@@ -206,7 +207,7 @@ class Run:
         return {ranking: {one: cost for one, (_, cost) in costs.items()} for ranking, costs in self.costs.items()}
 
     def _advise(self, place: int) -> None:
-        """Advise requests without an answer: the change to the nearest looser one with some."""
+        """Advise requests without an answer: the change to the nearest looser one that has some."""
         state = self.file.done(before=place)
         told = self.file.of_round(place)
         advised = {row.id for row in self.file.last() if row.advice}
@@ -285,7 +286,7 @@ def _result(future: Future[Done]) -> Done:
 
 
 def _changes(asked: Request, looser: Request) -> tuple[tuple[str, str, str], ...]:
-    """Return the bounds in which a looser request differs: name, value, value asked for."""
+    """Return the bounds in which a looser request differs: name, value, requested value."""
     one, other = asked.to_row(), looser.to_row()
     names = [name for name in dict.fromkeys([*one, *other]) if one.get(name) != other.get(name)]
     return tuple((name, _text(other.get(name)), _text(one.get(name))) for name in names)

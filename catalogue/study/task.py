@@ -1,6 +1,6 @@
-"""Tasks of a study in a worker: answer a request, tell the costs of given answers.
+"""Tasks of a study in a worker: answer a request, compute the costs of given answers.
 
-A worker holds a catalogue of its own, compared by its digest, and only reads it.
+A worker has its own copy of the catalogue, identified by its digest, and only reads it.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ _OPEN: list[Catalogue] = []
 
 @dataclass(frozen=True)
 class Done:
-    """The result of a task, in texts and numbers."""
+    """Result of a task, as texts and numbers."""
 
     records: tuple[str, ...] = ()  #: answers, best first
     reason: str | None = None
-    advice: tuple[tuple[tuple[str, str, str], ...], ...] = ()  #: alternatives of option, value, asked
-    cost: float | None = None  #: of the best answer
+    #: alternative sets of relaxations: option, value, requested value
+    advice: tuple[tuple[tuple[str, str, str], ...], ...] = ()
+    cost: float | None = None  #: cost of the best answer
     seconds: float = 0.0
     failed: bool = False
 
@@ -50,13 +51,13 @@ class Done:
 
 
 def begin(catalogue: Catalogue) -> Begin:
-    """Return the preparation of a worker that asks this catalogue, or a copy of it."""
+    """Return the preparation of a worker that queries this catalogue, or a copy of it."""
     path = catalogue.database.path
     return Begin(_open, (str(path), content_digest(path), tuple(catalogue.plugin_folders)))
 
 
 def copy_of(digest: str) -> Path:
-    """Return the place of a catalogue that was sent to this machine."""
+    """Return the path of a catalogue that was sent to this machine."""
     return user_folder() / "copies" / f"{digest}.db"
 
 
@@ -95,9 +96,9 @@ def answer(text: str, starts: Sequence[str], *, warm: bool, follow: bool, advise
     starts : sequence of str
         Records of answers to start from.
     warm : bool
-        Whether these answer a tighter request.
+        Whether the starts answer a tighter request.
     follow : bool
-        Whether requests beside this one are explored.
+        Whether to omit the search where the starts suffice.
     advise : bool
         Whether to compute advice for an empty result.
     """
@@ -126,14 +127,14 @@ def costs(text: str, records: Sequence[str]) -> list[float]:
 def _costs(request: Request, guides: Sequence[Candidate]) -> Any:
     problem = request.problem
     found = start_batch(problem, guides)
-    if len(found) < len(guides):  # one cannot be laid along the path
+    if len(found) < len(guides):  # one cannot be placed along the path
         return np.concatenate([_costs(request, [one]) for one in guides]) if len(guides) > 1 else np.full(1, np.inf)
     if problem.needs_allowance or problem.constraints.play:
-        found = with_allowance(problem, found)  # that of a search is rough
+        found = with_allowance(problem, found)  # the allowance of a search is rough
     values = cost(problem, found)
     return np.where(np.isfinite(values), values, np.inf)
 
 
 def request_texts(requests: Sequence[Request]) -> list[str]:
-    """Return requests as JSON, by which a file knows them."""
+    """Return requests as JSON, which identifies them in a file."""
     return [json.dumps(json.loads(one.to_json()), sort_keys=True) for one in requests]
