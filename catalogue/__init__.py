@@ -9,7 +9,7 @@ Names are loaded when they are first used; see README.md.
 
 from __future__ import annotations
 
-from .interrupt import IS_COMMAND  # before what takes time
+from .interrupt import IS_COMMAND  # imported first: what follows takes time
 
 # isort: split
 from importlib import import_module
@@ -19,7 +19,7 @@ from .installed import fault
 
 __version__ = "0.1.0"
 
-if not IS_COMMAND and (_fault := fault()):  # the command says it itself
+if not IS_COMMAND and (_fault := fault()):  # the command reports the fault itself
     import warnings
 
     warnings.warn(_fault, stacklevel=2)
@@ -138,7 +138,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # who knows the names above and no others
+if not TYPE_CHECKING:  # type checkers must know the names above and no others
 
     def __getattr__(name: str) -> Any:
         if name in _HOME:

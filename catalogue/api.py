@@ -171,7 +171,7 @@ class Catalogue:
         ----------
         request : Request
         starts : iterable of Candidate
-            Further starts, as of `find`.
+            Further starts; see `find`.
 
         Yields
         ------
@@ -205,7 +205,7 @@ class Catalogue:
         Parameters
         ----------
         requests : iterable of Request
-            In any order; equal ones are answered once.
+            Requests in any order; equal ones are answered once.
 
         Returns
         -------
@@ -535,10 +535,10 @@ class Catalogue:
 
         series = names("series", series)
         begun = (self.database.get_setting("series") or "").split()
-        if count is None and not series and not self.complete:  # finish what was begun
+        if count is None and not series and not self.complete:  # finish an interrupted build
             series = tuple(code for code in begun if code in self.registry.series)
         if count is None:
-            # as dense a cover as that of the others
+            # give these series as dense a cover as the others have
             share = share_of(self.registry, series, FILL.guides) if series else FILL.guides
             count = self.database.get_number("count", share) if list(series) == begun else share
         seed = self.database.get_number("seed", 0) if seed is None else seed
@@ -564,7 +564,7 @@ class Catalogue:
         self.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Database, tuple[str, ...]]]:
-        """Reduce to file and plugin folders: a copy loads plugins anew."""
+        """Reduce to file and plugin folders: a copy loads the plugins again."""
         return type(self), (self.database, self.plugin_folders)
 
     def __repr__(self) -> str:

@@ -62,7 +62,7 @@ def make_folder(path: Path) -> None:
     """Create a folder and its missing parents; `OSError` on failure."""
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except RecursionError:  # Python calls itself for each folder above
+    except RecursionError:  # Python recurses once per missing parent
         raise OSError(ENAMETOOLONG, "it lies in too many folders", str(path)) from None
 
 

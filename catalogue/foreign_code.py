@@ -66,7 +66,7 @@ def foreign(where: str) -> Iterator[None]:
                 yield
             finally:
                 if os.getpid() != process:
-                    os._exit(0)  # at once: what is still to be written is the other's
+                    os._exit(0)  # at once: unwritten output belongs to the parent process
                 if folder and _folder() != folder:
                     os.chdir(folder)
     except BaseException as error:
@@ -97,8 +97,8 @@ def press_ctrl_c() -> None:
 class _Alarm:
     """Watchdog of the main thread: interrupts it after a limit, then every `PAUSE` seconds.
 
-    It also interrupts a process that ignores Ctrl-C (a background job of a shell), but lets no
-    interrupt of the user through there.
+    It also interrupts a process that ignores Ctrl-C (a background job of a shell), where interrupts
+    of the user have no effect.
     """
 
     running: ClassVar[list[_Alarm]] = []
@@ -122,7 +122,7 @@ class _Alarm:
             if self.over.wait(PAUSE):
                 return
         told = f"{self.where}: it goes on although it was interrupted after {self.limit:g} s; remove the plugin"
-        with suppress(OSError):  # nobody can be told
+        with suppress(OSError):  # nobody reads the message
             os.write(2, f"catalogue: {printable(told)}\n".encode())
         os._exit(PluginError.exit_code)
 
@@ -130,7 +130,7 @@ class _Alarm:
         if self.thread is not None:
             try:
                 self.thread.start()
-            except RuntimeError:  # a full process table, or Python in a browser: unwatched is better than not at all
+            except RuntimeError:  # a full process table, or Python in a browser: then the code runs unwatched
                 self.thread = None
                 return self
             self.handler = signal.getsignal(signal.SIGINT)
@@ -149,8 +149,8 @@ class _Alarm:
                 self.over.set()
                 self.thread.join()
                 if self.rang:
-                    time.sleep(0.01)  # for a Ctrl-C that is on its way
-                if self.handler is not None:  # None: of a library in C
+                    time.sleep(0.01)  # for a Ctrl-C that is still on its way
+                if self.handler is not None:  # None: the handler was installed by a C library
                     signal.signal(signal.SIGINT, self.handler)
                 self.running[:] = [alarm for alarm in self.running if alarm is not self]
                 return

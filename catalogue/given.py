@@ -1,6 +1,6 @@
 """Validate arguments of users: numbers, names, switches, arrays, objects.
 
-Else raise `InvalidRequest`.
+Invalid arguments raise `InvalidRequest`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ T = TypeVar("T")
 
 #: Largest whole number accepted: a double represents every integer up to here, not beyond.
 LARGEST = 2**53
-#: Range of lengths accepted: a thousandth and a thousandfold of them are still normal doubles.
+#: Range of accepted lengths: a thousandth and a thousand times a length are still normal doubles.
 RANGE = 1e-305, 1e304
 
 
@@ -94,7 +94,7 @@ def names(name: str, given: Any) -> tuple[str, ...]:
 
 
 def _each(given: Any) -> Iterator[Any]:
-    """Yield the elements of an iterable, or the object itself if it is none."""
+    """Yield the elements of an iterable; yield any other object itself."""
     try:
         yield from given
     except TypeError:

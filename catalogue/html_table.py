@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from .markup import NOTHING, Markup, element, join
 
-#: Most rows in the table: as many as pandas shows.
+#: Largest number of rows in the table: as many as pandas shows.
 MOST = 60
 
 
@@ -20,7 +20,7 @@ def html_table(columns: Sequence[str], rows: Sequence[Sequence[object]], total: 
     rows : sequence of sequence
         Cells; None is a dash.
     total : int, optional
-        How many rows there are, if they are not all given.
+        Number of all rows, if not all are given.
     """
     right = [name.startswith(">") for name in columns]
     head = [_cell("th", name.removeprefix(">"), side) for name, side in zip(columns, right, strict=True)]

@@ -74,7 +74,7 @@ def _files() -> Iterator[tuple[str, str]]:
     others = {line.rsplit(",", 2)[0] for line in _record(_OTHER)}
     for line in _record(_OURS):
         name, digest, _ = line.rsplit(",", 2)
-        if digest.startswith("sha256=") and (name in others or not others):  # compiled files have none
+        if digest.startswith("sha256=") and (name in others or not others):  # compiled files have no digest
             yield name, digest.removeprefix("sha256=")
 
 

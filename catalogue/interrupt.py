@@ -27,6 +27,6 @@ def end(*_: object) -> None:
         _exit(INTERRUPTED)
 
 
-if IS_COMMAND and getsignal(SIGINT) is default_int_handler:  # not where a shell lets Ctrl-C be ignored
+if IS_COMMAND and getsignal(SIGINT) is default_int_handler:  # not where the parent shell ignores Ctrl-C
     signal(SIGINT, end)
-    register(signal, SIGINT, SIG_IGN)  # the last that is called: of an answered command nothing is left to interrupt
+    register(signal, SIGINT, SIG_IGN)  # called last: after the answer there is nothing left to interrupt

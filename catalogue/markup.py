@@ -16,7 +16,7 @@ from string import Template
 #: Characters forbidden in XML (XML 1.0, section 2.2): controls, lone surrogates, non-characters.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENT = re.compile("[a-zA-Z][a-zA-Z0-9]*")
-#: Permitted attribute names; those that begin with "on" would hold a script.
+#: Permitted attribute names; names that begin with "on" would hold a script.
 _ATTRIBUTE = re.compile("(?!on)[a-zA-Z][a-zA-Z0-9-]*", re.IGNORECASE)
 #: Attributes that hold an address.
 _ADDRESSES = ("href", "src", "action")
@@ -47,7 +47,7 @@ class Markup(str):
         return join((self, other))
 
 
-#: No piece.
+#: Empty piece.
 NOTHING = Markup()
 
 
@@ -66,13 +66,14 @@ def element(name: str, *content: str, **attributes: object) -> Markup:
         Elements (`Markup`) and texts.  A ``style`` or ``script`` holds a text without ``<`` and
         ``&``.
     **attributes : object
-        None leaves one out.  A trailing underscore of a name is dropped, others stand for hyphens.
+        None omits an attribute. A trailing underscore of a name is dropped, others stand for
+        hyphens.
 
     Raises
     ------
     ValueError
-        If a name is none of an element or attribute, an attribute holds a script, or an address
-        runs one.
+        If a name is not valid for an element or attribute, an attribute holds a script, or an
+        address runs one.
 
     Examples
     --------

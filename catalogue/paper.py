@@ -25,7 +25,7 @@ COUPLER = "#0072b2"
 PATH = "#d55e00"
 CRANK = "#4d5a66"
 DRIVER = "#00795a"
-#: Writable formats by suffix, with the metadata that would hold the time of day left out.
+#: Writable formats by suffix, with the metadata to omit, which would hold the time of day.
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 #: Message where matplotlib is not installed.
 MISSING = 'drawing needs matplotlib: pip install "mechanism-catalogue[plot]"'

@@ -39,7 +39,7 @@ def busy(label: str) -> Iterator[None]:
             done.wait()
 
     thread = threading.Thread(target=pulse, daemon=True)
-    with suppress(RuntimeError):  # without threads nothing is shown
+    with suppress(RuntimeError):  # without threads no progress is shown
         thread.start()
     try:
         yield

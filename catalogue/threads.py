@@ -27,7 +27,7 @@ class Threads(ThreadPoolExecutor):
         """Run a function in a thread of the pool, or in this one."""
         try:
             return super().submit(function, *args, **kwargs)
-        except RuntimeError:  # a thread that was started earlier may run it too
+        except RuntimeError:  # an earlier thread may run it too
             done: Future[T] = Future()
             try:
                 done.set_result(function(*args, **kwargs))

@@ -15,7 +15,8 @@ MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 #: Unit of a quantity that is a length in the user's unit; compound units are ``1/length``,
 #: ``length/rad``.
 LENGTH = "length"
-#: Unit of files and drawings that need one where none is known: the default of most CAD programs.
+#: Unit assumed for files and drawings that need one if it is unknown: the default of most CAD
+#: programs.
 ASSUMED = "mm"
 #: Note on files and drawings in the assumed unit.
 ASSUMPTION = f"unit unknown, taken as {ASSUMED}"
@@ -28,7 +29,7 @@ WRITTEN = {
 }
 #: Spellings of units of angles [deg].
 ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
-#: Infinity or NaN, without a unit.
+#: Pattern of infinity and NaN, which have no unit.
 _NO_NUMBER = re.compile(r"[+-]?(?:inf(?:inity)?|nan)", re.IGNORECASE | re.ASCII)
 #: A decimal or a mixed fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
 _NUMBER = re.compile(
@@ -124,7 +125,7 @@ def factor(unit: str, other: str) -> Fraction:
 
 
 def power(declared: str) -> int:
-    """Return the exponent of length in a unit: 1 of ``length/rad``, -1 of ``1/length``."""
+    """Return the exponent of length in a unit: 1 for ``length/rad``, -1 for ``1/length``."""
     over, *under = declared.split("/")
     return _power(over) - sum(map(_power, under))
 
@@ -135,7 +136,7 @@ def columns_in(columns: Mapping[tuple[str, str], Any], unit: str | None, to: str
     Parameters
     ----------
     columns : mapping of (name, declared unit) to ndarray
-        Declared units are products and quotients, as ``length/rad``; empty without a unit.
+        Declared units are products and quotients, such as ``length/rad``; empty without a unit.
     unit, to : str, optional
         Unit of their lengths, and that to convert them to.  Lengths of unknown unit are taken to
         be in `to`; without any unit the headings say ``length``.
@@ -167,7 +168,7 @@ def _power(product: str) -> int:
 def converted(value: Any, times: Fraction) -> Any:
     """Multiply a number, or all numbers in nested lists and mappings, by an exact factor.
 
-    Of a pivot [x, y, w] only x and y are multiplied; a pivot at infinity (w = 0) is left as it is.
+    For a pivot [x, y, w] only x and y are multiplied; a pivot at infinity (w = 0) is not changed.
 
     Raises
     ------
@@ -183,6 +184,6 @@ def converted(value: Any, times: Fraction) -> Any:
     if value is None or not math.isfinite(value):
         return value
     try:
-        return float(Fraction(repr(float(value))) * times)  # from decimal digits: 355.6 mm is 14 in exactly
+        return float(Fraction(repr(float(value))) * times)  # from decimal digits: 355.6 mm is then exactly 14 in
     except OverflowError:
         raise InvalidRequest(f"{value:g} is too large to be told in the unit asked for") from None

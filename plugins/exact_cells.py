@@ -19,7 +19,7 @@ SOURCE = "Peaucellier 1864; Lipkin 1871; Hart 1875; Cardano 1570; Kempe 1877"
 
 
 def peaucellier(p: Parameters) -> dict[str, Complexes | float]:
-    """Place arms of length 1, and a rhombus led along a circle."""
+    """Place arms of length 1, and a rhombus guided along a circle."""
     from catalogue.plugin import apex
 
     c = p["crank"] * (1 + np.exp(1j * p["angle"]))
@@ -28,7 +28,10 @@ def peaucellier(p: Parameters) -> dict[str, Complexes | float]:
 
 
 def hart(p: Parameters) -> dict[str, Complexes | float]:
-    """Place a contraparallelogram A B C D; O, R and P divide its bars alike and lie on a line."""
+    """Place a contraparallelogram A B C D.
+
+    O, R and P divide its bars in the same ratio and lie on a line.
+    """
     a, c, b, d = -p["half"] + 0j, p["half"] + 0j, p["top"] + 1j, -p["top"] + 1j
     o, r = a + p["part"] * (b - a), a + p["part"] * (d - a)
     centre = 0.5 * (o + r) + 1j * p["lead"] * (r - o)

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from catalogue.plugin import ChainFamily, Collection, Complexes, Parameters
 
 SOURCE = "Cartwright 1797; Freudenstein and Primrose 1963; Sandor and Erdman 1984"
-#: Ratio of the second crank to the first, by the name of its family: a pair of equal wheels, of one
-#: to two, and with a wheel between them.
+#: Ratio of the second crank to the first, by the name of its family: equal wheels, wheels of ratio
+#: one to two, and wheels with a third one in between.
 RATIOS = {"geared-five-bar": -1.0, "geared-five-bar-half": -0.5, "geared-five-bar-double": -2.0, "belted-five-bar": 2.0}
 FREE = [
     Parameter("crank", ((0.15, 0.9),), "length of the first crank, over the frame"),

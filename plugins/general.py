@@ -47,7 +47,7 @@ ALPHA = Parameter("alpha", angles((-80, -48), (-42, -10), (10, 42), (48, 80)), "
 
 # -- linkages --------------------------------------------------------------------------------------
 def crank(p: Parameters, name: str) -> Array:
-    """Crank on the ray of that name."""
+    """Place a crank on a named ray."""
     return ray_pair(p["kappa"], p["s"], np.tan(p[name]))
 
 
@@ -62,22 +62,22 @@ def slide(p: Parameters, name: str) -> Array:
 
 
 def four_bar(p: Parameters) -> Array:
-    """Two cranks."""
+    """Build linkages of two cranks."""
     return linkage_of(crank(p, "phi1"), crank(p, "phi2"))
 
 
 def with_slider(p: Parameters) -> Array:
-    """Crank and slider."""
+    """Build linkages of crank and slider."""
     return linkage_of(crank(p, "phi1"), slider(p, "phi2"))
 
 
 def with_slide(p: Parameters) -> Array:
-    """Crank and slide."""
+    """Build linkages of crank and slide."""
     return linkage_of(crank(p, "phi1"), slide(p, "phi2"))
 
 
 def with_both(p: Parameters) -> Array:
-    """Slider and slide."""
+    """Build linkages of slider and slide."""
     return linkage_of(slider(p, "phi1"), slide(p, "phi2"))
 
 
@@ -93,33 +93,33 @@ def inverse(derive: Derive) -> Derive:
 
 
 def cubics(a: Array, b: Array) -> dict[str, Array]:
-    """Cubics by S/R and S/R*; as rho0 = 1, S = b - a."""
+    """Return the cubics from S/R and S/R*; as rho0 = 1, S = b - a."""
     return {"kappa": a / (b - a), "s": 1 / (b - a)}
 
 
 def free(p: Parameters) -> dict[str, Array]:
-    """No condition."""
+    """Impose no condition."""
     return {"s": 1 / np.tan(p["psi"])}
 
 
 def slide_ray(p: Parameters) -> dict[str, Array]:
-    """No condition; t2 = -b."""
+    """Impose no condition besides the slide: t2 = -b."""
     return {**free(p), "phi2": np.arctan(-(p["kappa"] + 1) * np.tan(p["psi"]))}
 
 
 def both_rays(p: Parameters) -> dict[str, Array]:
-    """No condition; t1 = -a, t2 = -b."""
+    """Impose no condition besides slider and slide: t1 = -a, t2 = -b."""
     return {**slide_ray(p), "phi1": np.arctan(-p["kappa"] * np.tan(p["psi"]))}
 
 
 def pseudo_undulation(p: Parameters) -> Parameters:
-    """Five positions on a line, eq. (23) solved for S: t1 + t2 - b (1 + cot1 cot2) = 2a."""
+    """Solve five positions on a line, eq. (23), for S: t1 + t2 - b (1 + cot1 cot2) = 2a."""
     t1, t2, kappa = np.tan(p["phi1"]), np.tan(p["phi2"]), p["kappa"]
     return {"s": (kappa + 1 + (3 * kappa + 1) * t1 * t2) / (t1 * t2 * (t1 + t2))}
 
 
 def pseudo_undulation_slide(p: Parameters) -> Parameters:
-    """Solve it with a slide, t2 = -b: t1 + 1/t1 = 2 (a + b)."""
+    """Solve five positions on a line with a slide, t2 = -b: t1 + 1/t1 = 2 (a + b)."""
     s = (2 * p["kappa"] + 1) * np.sin(2 * p["phi1"])
     return {"s": s, "phi2": np.arctan(-(p["kappa"] + 1) / s)}
 
@@ -174,9 +174,9 @@ def double_undulation_slide(p: Parameters) -> Parameters:
 
 # -- guides and membership -------------------------------------------------------------------------
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3], [4] by eqs. (21), (22), of order 5 iff e1 = e3.
+    """Yield [3] and [4] by eqs. (21), (22), of order 5 iff e1 = e3.
 
-    Undulation and cuspidation, each of which may be one.
+    Undulation and cuspidation follow; either may be one of these pairs.
     """
     s, kappa, t1, t2 = p["s"], p["kappa"], np.tan(p["phi1"]), np.tan(p["phi2"])
     a, b = kappa / s, (kappa + 1) / s
@@ -195,9 +195,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: 0.  Margin: to the degenerate series.
+    """Return the residual, which is 0, and the margin to the degenerate series.
 
-    rho0/|S| to I, rho0/|R| to II and III, those of the inverses, dead points, parallel cranks.
+    The margin is the least of rho0/|S| (series I), rho0/|R| (II and III), those of the inverse
+    series, and the distances from dead points and parallel cranks.
     """
     linkage, at = instant.linkage, instant.curvature
     with np.errstate(invalid="ignore"):
@@ -207,7 +208,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def members() -> Iterator[Member]:
-    """Each condition and its inverse."""
+    """Yield a member for each condition and its inverse."""
     cc, cs, cg, sg = "four-bar", "slider-crank", "inverted-slider-crank", "swinging-block"
     yield Member("general", cc, [KAPPA, PSI, PHI_1, PHI_2], four_bar, free, weight=4.0)
     yield Member("general", cg, [KAPPA, PSI, PHI_1], with_slide, slide_ray, weight=2.0)
@@ -230,9 +231,9 @@ def members() -> Iterator[Member]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """One crank given: find the dyads that guide a given pair to order 4.
+    """Solve for linkages with one given crank that guide a pair to order 4.
 
-    Crank and pair determine the instant; its two principal pairs are the possible other dyads.
+    Crank and pair determine the instant; its two principal pairs are the possible second dyads.
     """
     if posed.given != "crank":
         return None

@@ -40,17 +40,17 @@ KAPPA_30 = Parameter("kappa", ((-3.0, -1.1), (-0.3, -0.05), (0.05, 2.5)), KAPPA.
 
 
 def pivots(p: Parameters) -> Array:
-    """Two cranks on the circles."""
+    """Place two cranks on the circles."""
     return linkage_of(circle_pair(p["kappa"], p["phi1"]), circle_pair(p["kappa"], p["phi2"]))
 
 
 def symmetric(p: Parameters) -> Parameters:
-    """Cranks symmetric about the pole normal."""
+    """Return cranks symmetric about the pole normal."""
     return {"phi2": np.pi - p["phi1"]}
 
 
 def pseudo_undulation(p: Parameters) -> Parameters:
-    """Five positions on a line at the inflection pole, eq. (29).
+    """Solve five positions on a line at the inflection pole, eq. (29).
 
     cot(phi2) = -(1 + 2 kappa/kappa*) tan(phi1).
     """
@@ -58,7 +58,7 @@ def pseudo_undulation(p: Parameters) -> Parameters:
 
 
 def double_undulation(p: Parameters) -> Parameters:
-    """Six positions on a line, eq. (30) (Roberts).
+    """Solve six positions on a line, eq. (30) (Roberts).
 
     cot(phi1) = -cot(phi2) = sqrt(1 + 2 kappa/kappa*).
     """
@@ -67,9 +67,9 @@ def double_undulation(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Principal pairs on the pole normal by eqs. (24), (25).
+    """Yield the principal pairs on the pole normal by eqs. (24), (25).
 
-    They are real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27).  Symmetric cranks raise even
+    They are real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27). Symmetric cranks raise even
     orders on the pole normal by one.
     """
     kappa, star = p["kappa"], p["kappa"] + 1
@@ -79,7 +79,7 @@ def guided(p: Parameters) -> Iterator[Guided]:
         root = np.sqrt((kappa + star) ** 2 - 4 * kappa * star * c)
         large = 0.5 * (kappa + star + np.copysign(root, kappa + star))
         small = kappa * star * c / large
-    # a pair at the inflection (return) pole is its pseudo-undulation (pseudo-cuspidation)
+    # a pair at the inflection (return) pole is the pseudo-undulation (pseudo-cuspidation)
     straight = np.minimum(np.abs(kappa + large), np.abs(kappa + small)) < 1e-12
     slot = np.minimum(np.abs(star + large), np.abs(star + small)) < 1e-12
     for label, v in (("[3]", large), ("[4]", small)):
@@ -91,9 +91,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle between coupler and line of fixed pivots.
+    """Return residual and margin.
 
-    Margin: to II, II*, I.Gy, dead points.
+    The residual is the sine of the angle between coupler and line of fixed pivots. The margin is
+    that to II, II*, I.Gy and dead points.
     """
     linkage, at = instant.linkage, instant.curvature
     z = linkage.points
@@ -106,10 +107,11 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given.
+    """Solve for linkages with both fixed pivots given.
 
-    The pair on the pole normal: two linkages, which guide it to order 3.  A circle, on those of the
-    cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5 (Roberts).
+    For a pair on the pole normal there are two linkages, which guide it to order 3; for a pair on
+    the circles of the cubics one more. For pivots symmetric to the axis those of order 5 follow by
+    symmetry (Roberts).
     """
     if posed.given != "fixed":
         return None
@@ -183,5 +185,5 @@ I_GG = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """Self-inverse."""
+    """Return the series, which is its own inverse."""
     return [I_GG]

@@ -1,6 +1,6 @@
 """Series I.Gy: one crank perpendicular to a line through the pole.
 
-It is the line of the pole and the intersection of coupler and frame.  One driving pair lies on the
+That line joins the pole and the intersection of coupler and frame. One driving pair lies on the
 circles of the degenerate cubics, the other on the pole normal.
 """
 
@@ -35,45 +35,45 @@ Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of 
 
 
 def pivots(p: Parameters) -> Array:
-    """Pair 1 on the circles, pair 3 on the pole normal."""
+    """Place pair 1 on the circles, pair 3 on the pole normal."""
     return linkage_of(circle_pair(p["kappa"], p["phi1"]), normal_pair(p["q3"]))
 
 
 def slider(p: Parameters) -> Parameters:
-    """Pair 3 is a slider, at the inflection pole."""
+    """Make pair 3 a slider, at the inflection pole."""
     return {"q3": np.zeros_like(p["kappa"])}
 
 
 def slide(p: Parameters) -> Parameters:
-    """Pair 3 is a slide, through the return pole."""
+    """Make pair 3 a slide, through the return pole."""
     return {"q3": np.full_like(p["kappa"], -1.0)}
 
 
 def pseudo_undulation(p: Parameters) -> Parameters:
-    """Pair [4] is at the inflection pole, eq. (31)."""
+    """Put pair [4] at the inflection pole, eq. (31)."""
     return {"q3": 4 * p["kappa"] + 1}
 
 
 def pseudo_cuspidation(p: Parameters) -> Parameters:
-    """Pair [4] is at the return pole, eq. (31)*."""
+    """Put pair [4] at the return pole, eq. (31)*."""
     return {"q3": 4 * p["kappa"] + 2}
 
 
 def opposite_circles(p: Parameters) -> Parameters:
-    """R* = -R and a slide: pseudo-undulation."""
+    """Set R* = -R, with a slide: pseudo-undulation."""
     return {"kappa": np.full_like(p["phi1"], -0.5), "q3": np.full_like(p["phi1"], -1.0)}
 
 
 def opposite_circles_slider(p: Parameters) -> Parameters:
-    """R* = -R and a slider: pseudo-cuspidation."""
+    """Set R* = -R, with a slider: pseudo-cuspidation."""
     return {"kappa": np.full_like(p["phi1"], -0.5), "q3": np.zeros_like(p["phi1"])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal and [2] on the circles.
+    """Yield [4] on the pole normal and [2] on the circles.
 
     q4 = 4 kappa + 1 - q3; [2] has the direction (V3 V4 sin(phi1), kappa kappa* cos(phi1)), V = q -
-    kappa.  Both are always real (from (24), (25)).
+    kappa. Both are always real (from (24), (25)).
     """
     kappa, q3 = p["kappa"], p["q3"]
     q4 = 4 * kappa + 1 - q3
@@ -83,15 +83,15 @@ def guided(p: Parameters) -> Iterator[Guided]:
     same = np.abs(np.sin(phi2 - p["phi1"])) < 1e-12
     yield Guided("[2]", np.where(same[:, None, None], np.nan, circle_pair(kappa, phi2)), 4)
     for label, at, raised in (("undulation", 0.0, straight), ("cuspidation", -1.0, slot)):
-        taken = (q3 == at)[:, None, None]  # the driving pair itself
+        taken = (q3 == at)[:, None, None]  # this is the driving pair itself
         yield Guided(label, np.where(taken, np.nan, normal_pair(np.full_like(q3, at))), np.where(raised, 4, 3))
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the pole normal with the nearer crank.
+    """Return residual and margin.
 
-    Instead of a crank, the slider or slide if there is one.  Margin: to II, II*, to I.yy and to
-    dead points.
+    The residual is the cosine of the angle between the pole normal and the nearer crank, or the
+    slider or slide if there is one. The margin is that to II, II*, I.yy and dead points.
     """
     linkage, at = instant.linkage, instant.curvature
     off, _ = instant.along_axes
@@ -106,7 +106,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots and a circle given: up to four linkages.
+    """Solve for linkages with both fixed pivots and a circle given: up to four.
 
     They guide the point to order 3.
     """
@@ -145,5 +145,5 @@ I_GY = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """Self-inverse."""
+    """Return the series, which is its own inverse."""
     return [I_GY]

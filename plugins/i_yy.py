@@ -1,7 +1,7 @@
-"""Series I.yy: dead points.  All pivots lie on the pole normal.
+"""Series I.yy: dead points. All pivots lie on the pole normal.
 
-Two smooth branches of the motion cross there.  One linkage at a dead point gives two members, one
-per branch; each motion is symmetric about the line.
+Two smooth branches of the motion cross there. One linkage at a dead point gives two members, one
+per branch; each motion is symmetric about the pole normal.
 """
 
 from collections.abc import Iterator
@@ -28,16 +28,16 @@ from catalogue.plugin import (
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the first pair on the pole normal")
 Q_4 = Parameter("q4", Q_3.domain, "rho0/r4 of the second pair")
 
-#: Margin at II.yy and II*.yy: above the largest tolerance at which pivots of double precision are
-#: classified.
+#: Least margin at II.yy and II*.yy: above the largest tolerance at which pivots in double precision
+#: are classified.
 LEAST_MARGIN = 1e-6
-#: |kappa| rho0 from which a dead point is none of II.yy: pivots off by 1 % of the size change it by
-#: about as much.
+#: Value of |kappa| rho0 above which a dead point is clear of II.yy: pivots with errors of 1 % of
+#: the size change it by about as much.
 AWAY = 0.1
 
 
 def pivots(p: Parameters) -> Array:
-    """Both pairs on the pole normal."""
+    """Place both pairs on the pole normal."""
     return linkage_of(normal_pair(p["q3"]), normal_pair(p["q4"]))
 
 
@@ -52,12 +52,12 @@ def slide(p: Parameters) -> Parameters:
 
 
 def both(_: Parameters) -> Parameters:
-    """Slider and slide: nothing is free."""
+    """Make the pairs a slider and a slide: there is no free parameter."""
     return {"q3": np.array([0.0]), "q4": np.array([-1.0])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Pairs on the circles, symmetric about the normal, by eq. (32).
+    """Yield pairs on the circles, symmetric about the normal, by eq. (32).
 
     cot^2(phi) = -V3 V4/(kappa kappa*), kappa = (q3 + q4 - 1)/4; real iff that is positive.
     """
@@ -74,17 +74,17 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: how far the linkage is from a dead point.
+    """Return residual and margin.
 
-    Margin: to II.yy and II*.yy.  Their linkages are dead points too, so that it is small there, but
-    not 0.
+    The residual is the distance from a dead point. The margin is that to II.yy and II*.yy: their
+    linkages are dead points too, so that it is small there, but not 0.
     """
     linkage = instant.linkage
     lines = (linkage.dyads != RR).all(1) & (linkage.dyads[:, 0] == linkage.dyads[:, 1])
     branches = dead_points(linkage, beside=True)
     near = np.abs(np.stack([branches.kappa, branches.kappa_star]) * branches.rho0).reshape(2, -1, 2)
     away = np.nan_to_num(np.fmin.reduce(near, axis=(0, 2)), nan=AWAY)
-    margin = np.clip(away, LEAST_MARGIN * AWAY, AWAY) / AWAY  # away may be as large as doubles are
+    margin = np.clip(away, LEAST_MARGIN * AWAY, AWAY) / AWAY  # `away` may be as large as doubles permit
     return np.where(lines, np.nan, off_line(linkage)), margin
 
 
@@ -106,5 +106,5 @@ I_YY = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """Self-inverse."""
+    """Return the series, which is its own inverse."""
     return [I_YY]

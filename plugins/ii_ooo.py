@@ -25,42 +25,43 @@ from catalogue.plugin import (
     slider_pair,
 )
 
-#: Rays of the stored guided points, and how near they may come to the ray of a slider, which is
-#: itself such a point.
+#: Rays of the stored guided points, and their least angle from the ray of a slider, which is itself
+#: such a point.
 RAYS = (30, 60, 90, 120, 150)
 NEAR = np.radians(8.0)
 
 
 def slider(phi: Array) -> Array:
-    """Slider on the ray phi."""
+    """Place a slider on the ray phi."""
     return slider_pair(np.cos(phi), np.sin(phi))
 
 
 def trammel(p: Parameters) -> Array:
-    """Two sliders."""
+    """Build linkages of two sliders."""
     return linkage_of(slider(p["phi1"]), slider(p["phi2"]))
 
 
 def isosceles(p: Parameters) -> Array:
-    """Slider-crank with crank and coupler equal, the fixed pivot on the slider's line."""
+    """Build slider-cranks with equal crank and coupler, and no offset of the fixed pivot."""
     return linkage_of(normal_pair(np.ones_like(p["phi2"])), slider(p["phi2"]))
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Points of the inflection circle on straight lines, its centre on a circle; all exact."""
+    """Yield points of the inflection circle on lines, and its centre on a circle, all exact."""
     sliders = [p[name] for name in ("phi1", "phi2") if name in p]
     for degrees in RAYS:
         phi = np.full_like(sliders[0], np.radians(degrees))
         apart = np.min([np.abs(phi - other) for other in sliders], axis=0)[:, None, None]
         yield Guided(f"ray {degrees}", np.where(apart < NEAR, np.nan, slider(phi)), EXACT)
-    taken = "phi1" not in p  # the isosceles slider-crank has its crank there
+    taken = "phi1" not in p  # the centre is the crank's pin in the isosceles slider-crank
     yield Guided("centre", np.where(taken, np.nan, normal_pair(np.ones_like(sliders[0]))), EXACT)
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: 0 for a trammel.
+    """Return residual and margin.
 
-    For a slider-crank the inequality of crank and coupler and the offset of the pivot.
+    The residual is 0 for a trammel; for a slider-crank it is made of the difference of crank and
+    coupler and the offset of the pivot.
     """
     linkage = instant.linkage
     kind = linkage.dyads

@@ -31,15 +31,15 @@ PHI_2_OBTUSE = Parameter("phi2", PHI_2.domain[1:], PHI_2.meaning)
 
 
 def pivots(p: Parameters) -> Array:
-    """Crank along the pole tangent with its moving pivot at the pole.
+    """Place a crank along the pole tangent, with its moving pivot at the pole.
 
-    Slider on the inflection circle.
+    The slider is on the inflection circle.
     """
     return linkage_of(tangent_pair(p["a1"]), slider_pair(np.cos(p["phi2"]), np.sin(p["phi2"])))
 
 
 def pseudo_cuspidation(p: Parameters) -> Parameters:
-    """Five positions of a line through the return pole, eq. (41): r1 = -cot(phi2)/2."""
+    """Solve five positions of a line through the return pole, eq. (41): r1 = -cot(phi2)/2."""
     return {"a1": -2 * np.tan(p["phi2"])}
 
 
@@ -49,9 +49,9 @@ def coincident(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] and [4] on the pole normal by eq. (40), q^2 - q + cot(phi2)/r1 = 0.
+    """Yield [3] and [4] on the pole normal by eq. (40), q^2 - q + cot(phi2)/r1 = 0.
 
-    They are real iff 4 cot(phi2)/r1 <= 1.  Every point of the inflection circle is an undulation.
+    They are real iff 4 cot(phi2)/r1 <= 1. Every point of the inflection circle is an undulation.
     """
     c = p["a1"] / np.tan(p["phi2"])
     square = 0.25 - c
@@ -67,9 +67,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the coupler with the slider's ray.
+    """Return residual and margin.
 
-    Margin: to II.ooo (long crank) and II.xy.
+    The residual is the sine of the angle between the coupler and the slider's ray. The margin is
+    that to II.ooo (long crank) and II.xy.
     """
     linkage, slider = instant.linkage, instant.linkage.dyads == PR
     coupler = linkage.points[:, 1, 1] - linkage.points[:, 0, 1]

@@ -1,7 +1,7 @@
 """Series II.xoy and II*.xoy: in-line slider-crank at the end of its stroke.
 
-It is an elliptic guide, the inversion II*.xoy a conchoidal guide.  The motion is symmetric about
-the line of the pivots.
+II.xoy is an elliptic guide, its inversion II*.xoy a conchoidal guide.  The motion is symmetric
+about the line of the pivots.
 """
 
 from collections.abc import Iterator
@@ -27,30 +27,30 @@ from catalogue.plugin import (
 )
 
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 0.9), (1.1, 3.0)), "rho0/r3 of the crank")
-#: Rays of the undulation circle on which points are offered [deg]; by symmetry one side is enough.
+#: Rays of the undulation circle with stored points [deg]; by symmetry one side suffices.
 RAYS = (30, 60)
 
 
 def pivots(p: Parameters) -> Array:
-    """Slider at the pole, moving along the pole normal, and a pair on the pole normal."""
+    """Place a slider at the pole, moving along the pole normal, and a pair on it."""
     return linkage_of(tangent_pair(np.zeros_like(p["q3"])), normal_pair(p["q3"]))
 
 
 def slide(_: Parameters) -> Parameters:
-    """Pair 3 is a slide through the return pole: nothing is free."""
+    """Make pair 3 a slide through the return pole: there is no free parameter."""
     return {"q3": np.array([-1.0])}
 
 
 def double_cuspidation(_: Parameters) -> Parameters:
-    """Six positions of a line through the return pole, eq. (39).
+    """Return six positions of a line through the return pole, eq. (39), of the inversion.
 
-    Of its inversion, the conchoidal guide.
+    The inversion is the conchoidal guide.
     """
     return {"q3": np.array([2.0])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal by (33), q3 + q4 = 1; of order 5 by symmetry.
+    """Yield [4] on the pole normal by (33), q3 + q4 = 1; of order 5 by symmetry.
 
     Every point of the inflection circle is an undulation.
     """
@@ -69,10 +69,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: distance of the pivots from the slider's line.
+    """Return residual and margin.
 
-    With a slide also the cosine of its line with that line.  Margin: to II.ooo (fixed pivot at the
-    inflection pole's distance) and to coincidence with the pole.
+    The residual is the distance of the pivots from the slider's line; with a slide also the cosine
+    of the angle between its line and that line. The margin is that to II.ooo (fixed pivot at the
+    distance of the inflection pole) and to coincidence with the pole.
     """
     linkage = instant.linkage
     z, ray, kind, finite = linkage.points, linkage.rays, linkage.dyads, linkage.finite

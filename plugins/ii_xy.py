@@ -35,22 +35,21 @@ Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of 
 
 
 def pivots(p: Parameters) -> Array:
-    """Crank 1 along the pole tangent, its moving pivot at the pole; pair 3 on the pole normal."""
+    """Place crank 1 along the pole tangent, its moving pivot at the pole; pair 3 on the normal."""
     return linkage_of(tangent_pair(p["a1"]), normal_pair(p["q3"]))
 
 
 def slide(p: Parameters) -> Parameters:
-    """Pair 3 is a slide."""
+    """Make pair 3 a slide."""
     return {"q3": np.full_like(p["a1"], -1.0)}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle.
+    """Yield [2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle.
 
-    [4] by (33), q3 + q4 = 1.
-
-    A pair that falls into the inflection (return) pole is given once, as its undulation
-    (cuspidation)."""
+    [4] follows by (33), q3 + q4 = 1. A pair that coincides with the inflection (return) pole is
+    given once, as its undulation (cuspidation).
+    """
     q3, q4, a1 = p["q3"], 1 - p["q3"], p["a1"]
     norm = np.hypot(q3 * q4, a1)
     straight, slot, double, slide = (np.abs(q3 - q)[:, None, None] < 1e-12 for q in (1.0, 2.0, 0.5, -1.0))
@@ -62,9 +61,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the cranks.
+    """Return residual and margin.
 
-    Also the distance of moving pivot 1 from the line of pair 3.
+    The residual is the larger of the cosine of the angle between the cranks and the distance of
+    moving pivot 1 from the line of pair 3.
     """
     linkage = instant.linkage
     z, ray, kind = linkage.points, linkage.rays, linkage.dyads
@@ -85,9 +85,9 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots and a line given: up to four linkages.
+    """Solve for linkages with both fixed pivots and a line given: up to four.
 
-    Its point is an undulation of theirs.
+    The guided point is an undulation point of each.
     """
     if posed.given != "fixed" or posed.path != "line":
         return None

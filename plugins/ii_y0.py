@@ -27,25 +27,25 @@ PHI_2 = Parameter("phi2", tuple(np.radians([(12, 80)]).tolist()), "ray of the sl
 
 
 def pivots(p: Parameters) -> Array:
-    """Pair 3 on the pole normal, slider on the inflection circle."""
+    """Place pair 3 on the pole normal, and a slider on the inflection circle."""
     return linkage_of(normal_pair(p["q3"]), slider_pair(np.cos(p["phi2"]), np.sin(p["phi2"])))
 
 
 def slide(p: Parameters) -> Parameters:
-    """Pair 3 is a slide through the return pole."""
+    """Make pair 3 a slide through the return pole."""
     return {"q3": np.full_like(p["phi2"], -1.0)}
 
 
 def pseudo_cuspidation(p: Parameters) -> Parameters:
-    """Five positions of a line through the return pole: q3 = 2, q4 = -1."""
+    """Return five positions of a line through the return pole: q3 = 2, q4 = -1."""
     return {"q3": np.full_like(p["phi2"], 2.0)}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[4] on the pole normal by (33), q3 + q4 = 1; [1] on the pole tangent by (43).
+    """Yield [4] on the pole normal (33) and [1] on the pole tangent (43).
 
-    1/r1 = q3 q4 tan(phi2): the point at the pole runs out and back on one circle (five positions,
-    no order of contact at the cusp).
+    q3 + q4 = 1 and 1/r1 = q3 q4 tan(phi2): the point at the pole runs out and back on one circle
+    (five positions, no order of contact at the cusp).
     """
     q3 = p["q3"]
     q4 = 1 - q3
@@ -59,9 +59,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: cosine of the angle of the pole normal with the crank (or slide).
+    """Return residual and margin.
 
-    Margin: to II.ooo, II.xoy and dead points.
+    The residual is the cosine of the angle between the pole normal and the crank (or slide). The
+    margin is that to II.ooo, II.xoy and dead points.
     """
     linkage, at = instant.linkage, instant.curvature
     slider = linkage.dyads == PR

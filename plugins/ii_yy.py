@@ -27,24 +27,24 @@ from catalogue.plugin import (
 )
 
 Q_3 = Parameter("q3", ((0.55, 0.85), (1.15, 1.85), (2.15, 3.0)), "rho0/r3, the larger of the two")
-#: Rays of the undulation circle on which points are offered [deg]; by symmetry one side is enough.
+#: Rays of the undulation circle with stored points [deg]; by symmetry one side suffices.
 RAYS = (30, 60)
 
 
 def pivots(p: Parameters) -> Array:
-    """Both pairs on the pole normal, q3 + q4 = 1."""
+    """Place both pairs on the pole normal, q3 + q4 = 1."""
     return linkage_of(normal_pair(p["q3"]), normal_pair(1 - p["q3"]))
 
 
 def slide(_: Parameters) -> Parameters:
-    """Return a crank and a slide: nothing is free."""
+    """Return a crank and a slide: there is no free parameter."""
     return {"q3": np.array([2.0])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[1] = [2], doubly at the pole, whose path is a hypercusp along the normal.
+    """Yield [1] = [2], doubly at the pole, whose path is a hypercusp along the normal.
 
-    Undulations all over the inflection circle; cuspidation at the return pole.
+    Undulations all over the inflection circle follow, and the cuspidation at the return pole.
     """
     q3 = p["q3"]
     yield Guided("[1]", tangent_pair(0 * q3), 4)
@@ -58,10 +58,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: |kappa| rho0 at the nearer of the two poles of the dead point.
+    """Return residual and margin.
 
-    Or, if larger, how far the linkage is from a dead point.  Margin: to II.ooo, q3 = 1, which alone
-    has sliders.
+    The residual is |kappa| rho0 at the nearer of the two poles of the dead point or, if larger, the
+    distance from a dead point. The margin is that to II.ooo, q3 = 1, which alone has sliders.
     """
     dyads = instant.linkage.dyads
     of_family = (dyads == RR).any(1) & (dyads != PR).all(1)

@@ -1,10 +1,10 @@
 """Series III.KK and III*.KK: a circle through the pole touches the pole normal.
 
-It goes through both fixed (moving) pivots.  kappa = 0 (kappa* = 0 in III*): the centring-point
-curve is this circle K, r = S cos(phi), and the pole tangent.  Three principal pairs [2], [3], [4]
-have their centres on K, [1] lies on the pole tangent: its path has a cusp, whose branches run out
-and back on one arc.  In III* a point of the pole tangent is guided about the pole, and K* carries
-the points, among them an undulation point where it meets the inflection circle.
+The circle passes through both fixed (moving) pivots.  kappa = 0 (kappa* = 0 in III*): the
+centring-point curve is this circle K, r = S cos(phi), and the pole tangent.  Three principal pairs
+[2], [3], [4] have their centres on K, [1] lies on the pole tangent: its path has a cusp, whose
+branches run out and back on one arc.  In III* a point of the pole tangent is guided about the pole,
+and K* carries the points, among them an undulation point where it meets the inflection circle.
 """
 
 from collections.abc import Iterator
@@ -45,29 +45,29 @@ PHI_4 = Parameter("phi4", angles((-82, -6), (6, 82)), "direction of crank 4 [rad
 
 
 def pivots(p: Parameters) -> Array:
-    """Two cranks with their fixed pivots on K."""
+    """Place two cranks with their fixed pivots on K."""
     s = 1 / np.tan(p["psi"])
     return linkage_of(*(tangent_circle_pair(s, np.tan(p[name])) for name in ("phi2", "phi4")))
 
 
 def with_slide(p: Parameters) -> Array:
-    """Return the slide through the point where K meets the return circle, and a crank."""
+    """Place a slide through the point where K meets the return circle, and a crank."""
     crank = tangent_circle_pair(1 / np.tan(p["psi"]), np.tan(p["phi4"]))
     return linkage_of(slide_pair(np.cos(p["phi2"]), np.sin(p["phi2"])), crank)
 
 
 def slide(p: Parameters) -> Parameters:
-    """Pair 2 is the slide."""
+    """Make pair 2 the slide."""
     return {"phi2": -p["psi"]}
 
 
 def pseudo_cuspidation(p: Parameters) -> Parameters:
-    """Five positions of a line through one point, eq. (47): t2 + t4 = 2 S; [3] is the slot."""
+    """Solve five positions of a line through a point, eq. (47): t2 + t4 = 2 S; [3] is the slot."""
     return {"phi4": np.arctan(2 * np.tan(p["psi"]) - np.tan(p["phi2"]))}
 
 
 def double_cuspidation(p: Parameters) -> Parameters:
-    """Six positions: besides t2 t4 = -1, perpendicular cranks (not in Allievi)."""
+    """Solve six positions: besides t2 t4 = -1, perpendicular cranks (not in Allievi)."""
     return {"phi2": np.pi / 4 + p["psi"] / 2, "phi4": p["psi"] / 2 - np.pi / 4}
 
 
@@ -80,14 +80,14 @@ def fifth_order(p: Parameters) -> Parameters:
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """Solve it with a slide for pair 2: the crank is perpendicular to the ray of [3]."""
+    """Solve for order 5 with a slide as pair 2: the crank is perpendicular to the ray of [3]."""
     return {"phi2": -p["psi"], "phi4": np.pi / 4 + p["psi"] / 2}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] by eq. (45), [1] by eq. (46), and the cuspidation.
+    """Yield [3] by eq. (45), [1] by eq. (46), and the cuspidation.
 
-    t2 + t3 + t4 = S; S/r1 = 1 + t2 t3 t4/S.  [1] is of order 5 iff r1 = S/2.
+    t2 + t3 + t4 = S; S/r1 = 1 + t2 t3 t4/S. [1] is of order 5 iff r1 = S/2.
     """
     s, t2, t4 = 1 / np.tan(p["psi"]), np.tan(p["phi2"]), np.tan(p["phi4"])
     t3 = 1 / s - t2 - t4
@@ -103,9 +103,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: rho0/|R|.  Margin: to II (rho0/|S|), III.Kx, dead points.
+    """Return the residual rho0/|R|, and the margin.
 
-    III.Kx has a pair on the pole tangent.
+    The margin is that to II (rho0/|S|), to III.Kx, which has a pair on the pole tangent, and to
+    dead points.
     """
     linkage, at = instant.linkage, instant.curvature
     inside = (linkage.dyads != PR).all(1) & (linkage.dyads == RR).any(1) & np.isfinite(at.rho0)
@@ -115,7 +116,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots given, and a circle or slot: the linkage that guides it to order 3."""
+    """Solve for the linkage on given fixed pivots that guides a circle or slot.
+
+    It guides it to order 3.
+    """
     if posed.given != "fixed" or posed.path == "line":
         return None
     a, axis = posed.centre, posed.axis

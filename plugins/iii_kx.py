@@ -1,8 +1,8 @@
 """Series III.Kx and III*.Kx: the coupler (the frame) in line with one crank.
 
-Every linkage is so at a limit of crank 1.  kappa = 0 (kappa* = 0 in III*), as in III.KK, with pair
-1 on the pole tangent, its moving (fixed) pivot at the pole, and pair 3 on the circle K.  The other
-two principal pairs, [2] and [4], are on K.
+Every linkage has this form at a limit of crank 1.  kappa = 0 (kappa* = 0 in III*), as in III.KK,
+with pair 1 on the pole tangent, its moving (fixed) pivot at the pole, and pair 3 on the circle K.
+The other two principal pairs, [2] and [4], are on K.
 """
 
 from collections.abc import Iterator
@@ -55,22 +55,22 @@ def with_slide(p: Parameters) -> Array:
 
 
 def slider(p: Parameters) -> Parameters:
-    """Pair 1 is a slider."""
+    """Make pair 1 a slider."""
     return {"a1": 0 * p["psi"]}
 
 
 def slide(p: Parameters) -> Parameters:
-    """Pair 3 is a slide."""
+    """Make pair 3 a slide."""
     return {"phi3": -p["psi"]}
 
 
 def slider_slide(p: Parameters) -> Parameters:
-    """Both."""
+    """Make pair 1 a slider and pair 3 a slide."""
     return {"a1": 0 * p["psi"], "phi3": -p["psi"]}
 
 
 def pseudo_cuspidation(p: Parameters) -> Parameters:
-    """Five positions of a line through one point, eq. (49): S/r1 = 1 + t3^2 - 2 S t3."""
+    """Solve five positions of a line through a point, eq. (49): S/r1 = 1 + t3^2 - 2 S t3."""
     big, t3 = np.tan(p["psi"]), np.tan(p["phi3"])
     return {"a1": (1 + t3 * (t3 - 2 * big)) / big}
 
@@ -81,12 +81,15 @@ def pseudo_cuspidation_slider(p: Parameters) -> Parameters:
 
 
 def double_cuspidation(p: Parameters) -> Parameters:
-    """Six positions: besides r1 = S/2 (not in Allievi)."""
+    """Solve six positions: besides r1 = S/2 (not in Allievi)."""
     return {"a1": 2 / np.tan(p["psi"]), "phi3": np.pi / 4 + p["psi"] / 2}
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """r1 = S/2 with real [2], [4]: phi2 + phi3 + phi4 = 0 and S = t2 t3 t4 (not in Allievi)."""
+    """Solve r1 = S/2 with real [2], [4]: phi2 + phi3 + phi4 = 0 and S = t2 t3 t4.
+
+    This member is not in Allievi.
+    """
     big = -np.tan(p["phi2"]) * np.tan(p["phi3"]) * np.tan(p["phi2"] + p["phi3"])
     return {"a1": 2 / big, "psi": np.arctan(big)}
 
@@ -97,15 +100,15 @@ def fifth_order_slide(p: Parameters) -> Parameters:
 
 
 def coincident(p: Parameters) -> Parameters:
-    """[2] and [4] coincide: the discriminant of (48) vanishes."""
+    """Make [2] and [4] coincide: the discriminant of (48) vanishes."""
     big, t3 = np.tan(p["psi"]), np.tan(p["phi3"])
     return {"a1": (1 + t3 * (t3 - big) ** 2 / (4 * big)) / big}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2], [4] by eq. (48), and the cuspidation at t = -S.
+    """Yield [2] and [4] by eq. (48), and the cuspidation at t = -S.
 
-    t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0.  Of order 5 iff r1 = S/2.
+    t^2 + (t3 - S) t + S (S/r1 - 1)/t3 = 0. They are of order 5 iff r1 = S/2.
     """
     big, t3 = np.tan(p["psi"]), np.tan(p["phi3"])
     order = np.where(alike(p["a1"] * big, 2.0), 5, 4)
@@ -118,9 +121,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: distance of moving pivot 1 from the pole.
+    """Return residual and margin.
 
-    Margin: to II (rho0/|S|) and dead points.
+    The residual is the distance of moving pivot 1 from the pole. The margin is that to II
+    (rho0/|S|) and dead points.
     """
     linkage, at = instant.linkage, instant.curvature
     pole = at.pole[:, 0] + 1j * at.pole[:, 1]
@@ -131,7 +135,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots and a circle or slot given: up to four linkages.
+    """Solve for linkages with both fixed pivots and a circle or slot given: up to four.
 
     They guide it to order 3.
     """

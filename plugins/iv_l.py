@@ -1,8 +1,8 @@
 """Series IV.l and IV*.l (Watt): parallel cranks perpendicular to a line of pivots.
 
-It is the line of fixed pivots (IV) or the coupler (IV*).  The pole is at infinity.  Axes: x along
-the cranks, y across, unit of length y1.  The centring-point curve of IV is the pair of axes, the
-circling-point curve a hyperbola.
+That line is the line of fixed pivots (IV) or the coupler (IV*).  The pole is at infinity.  Axes: x
+along the cranks, y across, unit of length y1.  The centring-point curve of IV is the pair of axes,
+the circling-point curve a hyperbola.
 """
 
 from collections.abc import Iterator
@@ -32,20 +32,20 @@ K_STAR = Parameter("k", ((-5.0, -0.1), (0.1, 5.0)), "k*/y1^2 of IV, k/y1^2 of it
 
 
 def pivots(p: Parameters) -> Array:
-    """Cranks at the heights 1 and y2."""
+    """Place cranks at the heights 1 and y2."""
     zero = np.zeros_like(p["k"])
     return linkage_of(parallel_pair(zero + 1, zero, p["k"]), parallel_pair(p["y2"], zero, p["k"]))
 
 
 def equal(p: Parameters) -> Parameters:
-    """Equal cranks of opposite sense."""
+    """Return equal cranks of opposite sense."""
     return {"y2": np.full_like(p["k"], -1.0)}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3] with y1 + y2 + y3 = 0 on a circle.
+    """Yield [3] on a circle, and [4], the slot through (x4, 0).
 
-    [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64).
+    y1 + y2 + y3 = 0 and y1 y2 y3 = -k* x4 (62)-(64).
     """
     k, y2 = p["k"], p["y2"]
     y3 = -(1 + y2)
@@ -60,9 +60,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the cranks.
+    """Return residual and margin.
 
-    Also their cosines with the line of fixed pivots.  Margin: to a parallelogram, which translates.
+    The residual is made of the sine of the angle between the cranks, and of their cosines with the
+    line of fixed pivots. The margin is that to a parallelogram, which translates.
     """
     linkage = instant.linkage
     z, ray = linkage.points, linkage.rays
@@ -75,10 +76,11 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both moving pivots and a slot given: the linkage whose cuspidation it is.
+    """Solve for linkages with two given pivots.
 
-    Both fixed pivots given, and a circle whose centre is on one line with them, across its axis:
-    the linkage that guides the point to order 4.
+    Both moving pivots and a slot: the linkage whose cuspidation is the slot. Both fixed pivots, and
+    a circle whose centre is on a line with them, across its axis: the linkage that guides the point
+    to order 4.
     """
     if posed.given == "moving" and posed.path == "slot":
         x, y = _plan(posed)

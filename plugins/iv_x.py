@@ -1,9 +1,9 @@
 """Series IV.x and IV*.x: a crank perpendicular to the line of a slide or slider.
 
-A slide in IV, a slider in IV*.  The pole is at infinity.  Axes: x along the crank, y across, unit
-of length y3, the height of the crank.  Pair [4] is the slide with its fixed point (x4, 0).  Every
-line x = const of the moving plane is a slot of order 3 through its point of the x axis; in IV*
-every point of the x axis is an undulation, concave towards the slider.
+Series IV has a slide, IV* a slider.  The pole is at infinity.  Axes: x along the crank, y across,
+unit of length y3, the height of the crank.  Pair [4] is the slide with its fixed point (x4, 0).
+Every line x = const of the moving plane is a slot of order 3 through its point of the x axis; in
+IV* every point of the x axis is an undulation, concave towards the slider.
 """
 
 from collections.abc import Iterator
@@ -40,32 +40,33 @@ def slot(x: Array) -> Array:
 
 
 def pivots(p: Parameters) -> Array:
-    """Return the crank at the height 1, the slide at the height 0."""
+    """Place the crank at the height 1, the slide at the height 0."""
     return linkage_of(parallel_pair(1 + 0 * p["k"], 0 * p["k"], p["k"]), slot(p["x4"]))
 
 
 def coincident(p: Parameters) -> Parameters:
-    """[1] and [2] coincide: y3^2 = 4 x3* x4."""
+    """Make [1] and [2] coincide: y3^2 = 4 x3* x4."""
     return {"x4": -0.25 / p["k"]}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[1], [2] at the roots y, and the slot of order 3 through the origin.
+    """Yield [1], [2] at the roots y, and the slot of order 3 through the origin.
 
     y^2 + y3 y + x3* x4 = 0; the roots are real iff y3^2 >= 4 x3* x4.
     """
     k, zero = p["k"], 0 * p["k"]
     y1, y2 = roots(zero - 1, -k * p["x4"])
     yield Guided("[1]", parallel_pair(y1, zero, k), 4)
-    # k x4 = 2: [2] is the driving crank
+    # for k x4 = 2 pair [2] is the driving crank
     yield Guided("[2]", without(parallel_pair(y2, zero, k), alike(y1, y2) | alike(y2, 1.0)), 4)
     yield Guided("cuspidation", slot(zero), 3)
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle between crank and normal of the slide.
+    """Return residual and margin.
 
-    Margin: height of the crank (dead points).
+    The residual is the sine of the angle between crank and normal of the slide. The margin is the
+    height of the crank (dead points).
     """
     linkage = instant.linkage
     z, ray, kind = linkage.points, linkage.rays, linkage.dyads

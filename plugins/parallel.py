@@ -35,24 +35,24 @@ Y_2 = Parameter("y2", ((-3.0, -1.05), (-0.95, -0.1), (0.1, 0.95), (1.05, 3.0)), 
 
 
 def pivots(p: Parameters) -> Array:
-    """Cranks at the heights 1 and y2."""
+    """Place cranks at the heights 1 and y2."""
     return linkage_of(*(parallel_pair(y, p["k"], p["k_star"]) for y in (1 + 0 * p["y2"], p["y2"])))
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """k* = -k (not in Allievi)."""
+    """Set k* = -k (not in Allievi)."""
     return {"k_star": -p["k"]}
 
 
 def coincident(p: Parameters) -> Parameters:
-    """[3] and [4] coincide: (y1 + y2)^2 = 4 k k*/(y1 y2)."""
+    """Make [3] and [4] coincide: (y1 + y2)^2 = 4 k k*/(y1 y2)."""
     return {"k_star": p["y2"] * (1 + p["y2"]) ** 2 / (4 * p["k"])}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[3], [4] by eqs. (58) and (59).
+    """Yield [3] and [4] by eqs. (58) and (59).
 
-    y1 + y2 + y3 + y4 = 0 and y1 y2 y3 y4 = k k*.  Of order 5 iff k* = -k.
+    y1 + y2 + y3 + y4 = 0 and y1 y2 y3 y4 = k k*. They are of order 5 iff k* = -k.
     """
     k, star, y2 = p["k"], p["k_star"], p["y2"]
     order = np.where(alike(star / k, -1.0), 5, 4)
@@ -63,9 +63,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: sine of the angle of the cranks.  NaN for other linkages.
+    """Return residual and margin.
 
-    Margin: |k/k0| (IV), |k*/k0| (IV*), parallelogram.
+    The residual is the sine of the angle between the cranks, NaN for other linkages. The margin is
+    the least of |k/k0| (IV), |k*/k0| (IV*) and the distance from a parallelogram.
     """
     linkage, at = instant.linkage, instant.curvature
     lengths = ((linkage.points[..., 1] - linkage.points[..., 0]) * linkage.rays[:, :1].conj()).real
@@ -76,7 +77,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 
 
 def solve(posed: Posed) -> Array | None:
-    """Both fixed pivots and a circle given: the linkage with parallel cranks.
+    """Solve for the linkage with parallel cranks, both fixed pivots and a circle given.
 
     It guides the point to order 3.
     """
@@ -84,7 +85,7 @@ def solve(posed: Posed) -> Array | None:
         return None
     local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T
     u, v = local.real, local.imag
-    determinant = v[0] * u[1] - v[1] * u[0]  # of u_i v_i = u0 v_i + v0 u_i
+    determinant = v[0] * u[1] - v[1] * u[0]  # determinant of the equations u_i v_i = u0 v_i + v0 u_i
     product = u * v
     u0 = (product[0] * u[1] - product[1] * u[0]) / determinant
     v0 = (v[0] * product[1] - v[1] * product[0]) / determinant
@@ -112,5 +113,5 @@ PARALLEL = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """Self-inverse."""
+    """Return the series, which is its own inverse."""
     return [PARALLEL]

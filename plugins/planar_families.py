@@ -7,7 +7,7 @@ from catalogue.plugin import Family, hookimpl
 
 @hookimpl
 def catalogue_families() -> Iterator[Family]:
-    """Two dyads out of crank (RR), slider (PR) and slide (RP), in every combination."""
+    """Yield every combination of two dyads out of crank (RR), slider (PR) and slide (RP)."""
     yield Family("four-bar", "two cranks", "four-bar", "RR.RR")
     yield Family("slider-crank", "crank and slider", "inverted-slider-crank", "RR.PR")
     yield Family("inverted-slider-crank", "crank and slide", "slider-crank", "RR.RP")

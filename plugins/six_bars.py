@@ -1,6 +1,6 @@
 """Six-bar guides: Watt's chains I and II, Stephenson's I and III, driven by a crank on the frame.
 
-Stephenson's II closes in no dyads from such a crank, nor from any other bar on the frame.
+Stephenson's II is missing: from no bar on the frame does it close in dyads.
 
 Source: the chains of six bars and seven pins named after J. Watt and R. Stephenson; J. J. Uicker,
 G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 2003, ch. 1.
@@ -53,7 +53,7 @@ def pose(p: Parameters) -> dict[str, Complexes | float]:
 
 
 def family(name: str, title: str, e: str, g: str) -> ChainFamily:
-    """Return the family whose dyad stands on the bars `e` and `g`."""
+    """Return the family whose dyad is pinned to the bars `e` and `g`."""
     from catalogue.plugin import ChainFamily, Structure
 
     bars = {"frame": "AD", "crank": "AB", "coupler": "BC", "rocker": "CD", "rod": "EFP", "link": "FG"}

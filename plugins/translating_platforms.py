@@ -35,7 +35,7 @@ def pose(p: Parameters) -> dict[str, Complexes | float]:
 
 
 def from_four_bars(b: Complexes, c: Complexes, p: Complexes) -> dict[str, Floats]:
-    """Return the parameters of platforms of four-bars on a frame from 0 to 1."""
+    """Return the parameters of platforms for four-bars on a frame from 0 to 1."""
     k = (p - b) / (c - b)
     crank, coupler, rocker = np.abs(b), np.abs(c - b), np.abs(c - 1)
     return {

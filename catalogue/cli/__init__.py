@@ -38,7 +38,7 @@ def main() -> None:
     guarded = signal.getsignal(signal.SIGINT) is interrupt.end
     try:
         code = _outcome(guarded)
-    except KeyboardInterrupt:  # a second one, while the first was reported
+    except KeyboardInterrupt:  # a second Ctrl-C, while the first is reported
         code = interrupt.INTERRUPTED
     if guarded:
         signal.signal(signal.SIGINT, interrupt.end)
@@ -47,7 +47,7 @@ def main() -> None:
                 sys.stdout.flush()
             os._exit(code)
     if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
-        sys.stdout = sys.stderr  # output of a plugin at exit is no answer
+        sys.stdout = sys.stderr  # what a plugin prints at exit is not part of the answer
     sys.exit(code)
 
 

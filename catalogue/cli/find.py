@@ -174,7 +174,10 @@ def to_keywords(options: dict[str, Any]) -> None:
 
 
 def print_candidates(found: Found, *, level: bool = False) -> None:
-    """Print the answers of a search as a table; `level`: for a body that hardly turns."""
+    """Print the answers of a search as a table.
+
+    With `level`, for a body that hardly turns, the rotation is a column.
+    """
     first = found[0]
     radii = [c.radius or 0.0 for c in found]
     same = max(radii) <= 1.004 * min(radii)

@@ -92,7 +92,7 @@ def chains_in(content: str, file: str) -> list[Mapping[str, Any]]:
     try:
         given = json.loads(content, object_pairs_hook=once)
     except (ValueError, RecursionError):
-        return []  # told as any invalid JSON is
+        return []  # reported like any invalid JSON
     every = given if isinstance(given, list) else [given]
     return every if any(isinstance(one, dict) and "bars" in one for one in every) else []
 

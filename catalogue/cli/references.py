@@ -45,7 +45,7 @@ def guides(
     stroke : float, optional
         Stroke of a stored guide or a named design [length].
     chains : bool
-        Whether mechanisms of many bars are taken.
+        Whether mechanisms of many bars are accepted.
 
     Raises
     ------

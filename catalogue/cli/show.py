@@ -119,12 +119,12 @@ def _card(one: Any, name: str) -> None:
     known = {**getattr(one, "meanings", {}), "kept_share": TABLE["kept_share"]}
     if hasattr(one, "collection"):
         known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}
-    numbers.pop("parameters", None)  # of a collection: for programs
+    numbers.pop("parameters", None)  # numbers of a collection that only programs read
     told = {key: (_unit(column), column.meaning) for key, column in known.items()}
     rows = [
         [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items()
-        if value not in (None, "") and (key, value) != ("order", 0)  # of no stored guide
+        if value not in (None, "") and (key, value) != ("order", 0)  # a guide that is not stored has no order
     ]
     if rows:
         print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from ..spatial.jointed.job import Job
     from ..spatial.jointed.motion import Motion
 
-#: Files that need hard points alone.
+#: Files that lack only hard points.
 TEMPLATES = folder("data") / "spatial" / "templates"
-#: Part of the largest number of a column below which one is shown as 0.
+#: Value over the largest one of its column below which it is shown as 0.
 ROUNDING = 1e-12
-#: Values of a drive at most.
+#: Largest number of values of a drive.
 MOST_STEPS = 1_000_000
 
 FILE = Argument(
@@ -142,7 +142,7 @@ def sweep(
 
 
 def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
-    """Return columns that are NaN, and why, for each reason."""
+    """Return the columns that are NaN, grouped by the reason."""
     reasons: dict[str, list[str]] = {}
     for column, reason in table.attrs.get("reasons", {}).items():
         reasons.setdefault(reason, []).append(column)

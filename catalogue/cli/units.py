@@ -19,7 +19,7 @@ from .options import option
 
 if TYPE_CHECKING:
     _ParamType = click.ParamType[Any]
-else:  # which is no generic type in its older versions
+else:  # click's type is not generic in older versions
     _ParamType = click.ParamType
 
 

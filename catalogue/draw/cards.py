@@ -21,7 +21,7 @@ class Cards(NamedTuple):
 
     width: float = 520.0  #: width of a single drawing [px]
     card: float = 250.0  #: width of a card [px]
-    most: int = 6  #: most cards: two rows of a notebook
+    most: int = 6  #: largest number of cards: two rows of a notebook
 
 
 CARDS = Cards()

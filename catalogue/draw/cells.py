@@ -18,12 +18,13 @@ from ..series.series import Guided, Member, Series
 
 
 class Cells(NamedTuple):
-    """Choice of the cells of a plate."""
+    """Options of the cells of a plate."""
 
-    #: Most cells of a plate; members with special conditions take what the configurations leave.
+    #: Largest number of cells of a plate; members with special conditions fill the places that
+    #: configurations leave.
     most: int = 20
     seed: int = 0  #: seed of the sample: a series always has the same plate
-    #: distance from the pole beyond which a guided point does not extend the drawing [rho0]
+    #: distance from the pole beyond which guided points do not extend the drawing [rho0]
     far: float = 3.0
 
 
@@ -39,9 +40,9 @@ class Cell:
     family: str
     configuration: str
     member: str  #: name of the member of the series
-    parameters: dict[str, float]  #: free ones, by name
-    linkage: Linkage  #: one
-    curvature: Curvature  #: of one
+    parameters: dict[str, float]  #: free parameters, by name
+    linkage: Linkage  #: a single linkage
+    curvature: Curvature  #: curvature of this linkage
     guided: list[Guided]  #: real guided elements; points with w = 1, or unit directions with w = 0
 
 
@@ -95,12 +96,13 @@ def cells(series: Series) -> list[Cell]:
     shown = {(cell.family, cell.member) for cell in found}
     special = [one for one in sampled if (one.member.family, one.member.name) not in shown]
     called = [one.member.name for one in special]
-    varied = sorted(range(len(special)), key=lambda i: called[:i].count(called[i]))  # one of each name before a second
+    # one member of each name, before a second of any
+    varied = sorted(range(len(special)), key=lambda i: called[:i].count(called[i]))
     return found + [_best(special[i])[0] for i in varied[: max(0, CELLS.most - len(found))]]
 
 
 def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
-    """Return the cell of least cost, and this cost."""
+    """Return the cell of least cost, and its cost."""
     cost = one.cost
     if configuration is not None:
         cost = np.where(one.instant.configuration == configuration, cost, np.inf)
@@ -109,7 +111,8 @@ def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]
 
 
 def _sampled(series: Series, member: Member) -> _Sampled:
-    # uniform shares: an even sequence would load scipy.stats, half a second for a picture
+    # uniform random shares: a low-discrepancy sequence would load scipy.stats, which takes half a
+    # second
     shares = np.random.default_rng(CELLS.seed).random((BLOCK, len(member.parameters)))
     drawn = draw_at(member, shares)
     n = len(drawn.linkage)
@@ -142,7 +145,7 @@ def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
     lengths = np.abs(pivots[:, [0, 2, 1, 0]] - pivots[:, [1, 3, 3, 2]])
     uneven = np.log(np.fmax.reduce(lengths, 1) / np.fmin.reduce(lengths, 1))
     apart = np.abs(points[:, :, None] - points[:, None, :])[:, *np.triu_indices(points.shape[1], 1)]
-    # two points in one place stay so whichever linkage is taken
+    # two points that coincide do so in every linkage: they do not count as crowded
     crowded = np.nansum(np.where(apart < 1e-9, 0, np.clip(0.1 - apart / size[:, None], 0, None)), axis=1)
     near_pole = np.nansum(np.clip(0.08 - np.abs(points) / size[:, None], 0, None), axis=1)
     sine = np.abs(linkage.sine)

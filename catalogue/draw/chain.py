@@ -28,11 +28,11 @@ class Layout:
     Attributes
     ----------
     width, margin, title : float
-        Of the sheet, about the drawing, of its title.
+        Width of the sheet, margin about the drawing, height of its title.
     low, high : float
-        Heights between which the sheet is.
+        Smallest and largest height of the sheet.
     positions : int
-        Positions of a motion at which the run of a slide is taken.
+        Number of positions of a motion from which the travel of a slide is taken.
     """
 
     width: float = 8.0

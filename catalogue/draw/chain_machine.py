@@ -54,7 +54,7 @@ def _bar(shown: ChainPoses, frame: Frame, clock: Clock, bar: int) -> Markup:
 
 
 def _slots(shown: ChainPoses, frame: Frame, bar: int) -> Iterator[Markup]:
-    """Yield the lines along which others slide on a moving bar."""
+    """Yield the slots of a moving bar, along which other bars slide."""
     structure = shown.structure
     for k, slide in enumerate(structure.slides):
         if structure.number(slide.first) == bar:
@@ -70,7 +70,7 @@ def _run(shown: ChainPoses, frame: Frame, slide: int) -> Floats:
 
 
 def _rail(shown: ChainPoses, frame: Frame, slide: int) -> Markup:
-    """Return the rail of a slider on the frame; nothing of one on a moving bar."""
+    """Return the rail of a slider on the frame; empty for a slider on a moving bar."""
     structure = shown.structure
     if structure.number(structure.slides[slide].first) != structure.frame:
         return NOTHING
@@ -115,7 +115,7 @@ def _drive(shown: ChainPoses, frame: Frame) -> Markup:
 
 
 def chain_names(shown: ChainPoses, frame: Frame, clock: Clock) -> Markup:
-    """Return the names of the joints, which go with them, upright."""
+    """Return the names of the joints, which move with them and stay upright."""
     away = complex(7 * frame.point, -6 * frame.point)
     return join(
         clock.moved(frame.at(z), "name", element("text", name, class_="halo", x=number(away.real), y=number(away.imag)))

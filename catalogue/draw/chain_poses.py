@@ -102,7 +102,7 @@ def chain_poses(
     ----------
     guide : OwnChain
     count, turn, error
-        As of `poses.poses`.
+        See `poses.poses`.
 
     Raises
     ------

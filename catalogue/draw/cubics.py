@@ -19,10 +19,10 @@ from ..kinematics.types import Complexes, Floats
 
 
 class CubicOptions(NamedTuple):
-    """How the cubics of stationary curvature are drawn."""
+    """Options of drawing the cubics of stationary curvature."""
 
     zero: float = 1e-9  #: value of kappa and s up to which they are zero [1/rho0]
-    #: points of a circle, and of a half turn of the ray: two degrees apart at most
+    #: number of points of a circle, and of a half turn of the ray: at most two degrees apart
     points: int = 361
 
 
@@ -42,7 +42,7 @@ def line(direction: complex, reach: float) -> Complexes:
 def cubic(kappa: float, s: float, reach: float) -> list[Complexes]:
     """Return the parts, complex, of the curve of stationary curvature.
 
-    NaN farther than `reach` from the pole.
+    Points farther than `reach` from the pole are NaN.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def cubic(kappa: float, s: float, reach: float) -> list[Complexes]:
         return [circle(1j / kappa), line(1j, reach)]
     if abs(kappa) < CUBIC.zero:
         return [circle(1 / s), line(1.0, reach)]
-    away = np.arctan2(-kappa, s)  # of the asymptote
+    away = np.arctan2(-kappa, s)  # angle of the asymptote
     turn = _turns((np.array([0.0, np.pi / 2]) - away) % np.pi)
     with np.errstate(divide="ignore", over="ignore"):
         ray = np.exp(1j * (away + turn))

@@ -73,7 +73,7 @@ class Drive(NamedTuple):
 
     @property
     def mark(self) -> str:
-        """What follows a value."""
+        """Unit or sign that follows a value."""
         return self.unit if self.unit == DEGREES else f" {self.unit}"
 
 
@@ -84,7 +84,7 @@ def curves(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
 
 
 def _of_bars(one: OwnChain) -> tuple[Drive, list[Curve]]:
-    """Compute speed and transmission angle of many bars, of a stretch the deviation too."""
+    """Compute speed and transmission angle of many bars; for a stretch the deviation too."""
     moved = one.motion(SAMPLES)
     stretch: Any = one  # a `ChainStretch` if it has a stroke
     found = []

@@ -65,7 +65,7 @@ def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = No
 
 
 def fitting(told: Content, height: float) -> Content:
-    """Leave out lengths and joints that the page has no lines for, and say how many."""
+    """Omit lengths and joints that do not fit on the page, and state their number."""
     most = ROOM.lines + int((height - PAGE.title - 2 - PAGE.below - ROOM.drawing) / PAGE.line)
 
     def short(table: Table) -> Table:

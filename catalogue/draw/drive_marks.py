@@ -22,9 +22,9 @@ class DriveMark(NamedTuple):
 
 MARK = DriveMark()
 
-#: Turn from which on a crank is drawn as one that turns fully: one arrow, in its sense [rad].
+#: Range of angles from which on a crank is drawn as turning fully: one arrow, in its sense [rad].
 FULL_TURN = 1.9 * np.pi
-#: From where to where the arc of a full turn runs about the first position [rad].
+#: Start and end of the arc of a full turn, about the first position [rad].
 OPEN_ARC = (-0.9 * np.pi, 0.6 * np.pi)
 
 

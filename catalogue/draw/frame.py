@@ -50,7 +50,7 @@ class Frame:
     point : float
         Size of a point of the symbols [units of paper].
     width, height : float
-        Of the paper.
+        Size of the paper.
     """
 
     scale: float
@@ -68,7 +68,7 @@ class Frame:
         return np.conj(np.asarray(z) * self.scale)
 
     def near(self, z: Complexes, times: float = 1.0) -> Mask:
-        """Tell which positions are within some widths of the paper."""
+        """Tell which positions are less than a number of paper widths away from the paper."""
         at = self.at(z)
         x, y = times * self.width, times * self.height
         with np.errstate(invalid="ignore"):

@@ -16,10 +16,10 @@ STEPS = (7.0, 9.5, 12.5, 16.0, 20.0, 25.0, 31.0)
 
 
 class LabelCosts(NamedTuple):
-    """Cost of places of labels."""
+    """Costs of placing a label."""
 
-    solid: float = 8.0  #: of covering part of a linkage, or another label
-    curve: float = 0.35  #: of covering part of a curve
+    solid: float = 8.0  #: cost of covering part of a linkage, or another label
+    curve: float = 0.35  #: cost of covering part of a curve
     spare: float = 2.0  #: margin of a label [pt]
 
 
@@ -33,12 +33,12 @@ class Labels:
     pen: Pen
     centre: complex
     half: float  #: half the side of the square
-    point: float  #: length in the drawing of a true point on paper, whatever the pen's symbols are scaled to
+    point: float  #: length in the drawing of a true point on paper, whatever the scale of the pen's symbols
     _places: list[Array] = field(default_factory=list)
     _weights: list[Floats] = field(default_factory=list)
 
     def avoid(self, z: Complexes, weight: float) -> None:
-        """Keep off a line through the points z, or off a single one."""
+        """Keep labels off a line through the points z, or off a single point."""
         z = np.atleast_1d(z)
         if len(z) == 1:
             self._add(z, weight)
@@ -73,7 +73,7 @@ class Labels:
         least, best = np.inf, z
         for far in STEPS:
             for way in np.exp(2j * np.pi * np.arange(32) / 32):
-                # the word's edge, not its middle, is at that distance
+                # the distance is that of the word's edge, not of its middle
                 off = way * (far + min(a / max(abs(way.real), 1e-9), b / max(abs(way.imag), 1e-9)) - b)
                 at = z + off * self.point
                 covered = weight @ ((np.abs(x - off.real) < a) & (np.abs(y - off.imag) < b))

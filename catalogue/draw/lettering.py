@@ -53,7 +53,7 @@ def title(figure: Figure, series: Series, width: float, height: float) -> None:
 
 
 def _dimension(series: Series) -> str:
-    """Return the number of free parameters: one for all families, or each with its family."""
+    """Return the number of free parameters: one for all families, or one per family."""
     free = {family: max(len(m.parameters) for m in series.members if m.family == family) for family in series.families}
     if len(set(free.values())) == 1:
         return str(next(iter(free.values())))
@@ -61,7 +61,7 @@ def _dimension(series: Series) -> str:
 
 
 def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, float, float]) -> None:
-    """Write the caption of a cell below it; the cell is a box in parts of the sheet."""
+    """Write the caption of a cell below it; `box` is the cell's box as fractions of the sheet."""
     left, bottom, wide, _ = box
     inch, gid = 1 / figure.get_figheight(), f"cell-{number}-"
     special = "" if cell.member == "general" else f", {cell.member}"
@@ -91,14 +91,14 @@ def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, fl
 
 
 def _fit(text: Text, width: float) -> None:
-    """Write a text as much smaller as it is longer than a width in inches."""
+    """Write a text, shrunk to a width in inches if it is longer."""
     length = text.get_window_extent().width / 100
     if length > width:
         text.set_fontsize(0.97 * float(text.get_fontsize()) * width / length)
 
 
 def _numbers(cell: Cell) -> str:
-    """Format the free parameters, and those of the cubics in place of namesakes."""
+    """Format the free parameters; parameters of the cubics replace namesakes."""
     at = cell.curvature
     if at.state[0] == PARALLEL:
         more = {"k": at.k[0], "k_star": at.k_star[0]}

@@ -54,7 +54,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
 
 
 def _spared(ends: Complexes, foot: complex, frame: Frame) -> Complexes:
-    """Return the ends of a coupler line, extended where they run through the block."""
+    """Return the ends of a coupler line, extended where they would lie inside the block."""
     along = ends[1] - ends[0]
     if along == 0:
         return ends
@@ -83,7 +83,7 @@ def _slide(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
 
 
 def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
-    """Return the rocker of a dwell and its rod, with their joints; nothing of another guide."""
+    """Return the rocker and rod of a dwell, with their joints; empty for another guide."""
     if shown.joint is None:
         return []
     parts: list[Markup] = []

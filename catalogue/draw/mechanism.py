@@ -11,7 +11,7 @@ from .drive_marks import drive_marks
 from .scene import Scene
 from .symbols import BLOCK, SOLID, SYMBOL, Pen
 
-#: The way in which a bearing points.
+#: Direction in which a bearing points.
 DOWN = -1j
 
 
@@ -87,9 +87,8 @@ def dyad(
 ) -> None:
     """Draw the moving parts of a dyad of kind `RR`, `PR` or `RP`, without coupler.
 
-    In place of a pivot at infinity stands its unit normal; `rod` are the ends of the coupler line
-    of a slide, shape (2,); `gid` names the elements, with %s for the part; `colour` is that of a
-    crank.
+    A pivot at infinity is given by its unit normal; `rod` are the ends of the coupler line of a
+    slide, shape (2,); `gid` names the elements, with %s for the part; `colour` is that of a crank.
     """
     back = 1.0 if ghost else 4.0
     if kind == RR:
@@ -105,7 +104,7 @@ def dyad(
 
 
 def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Complexes:
-    """Return the ends of a coupler line, extended where they run through the block."""
+    """Return the ends of a coupler line, extended where they would lie inside the block."""
     ends = shown.rods[i][pose]
     along = 1j * shown.moving[pose, i]
     spare = (BLOCK[0] + 8) * pen.point * np.array([-1, 1])

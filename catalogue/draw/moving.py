@@ -28,7 +28,7 @@ from .words import described
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Width of a drawing in points of its symbols [px per px].
+#: Size of a point of the symbols over the width of a drawing.
 POINT = 1 / 340
 #: Layers that stand above the machine.
 ABOVE = ("pole", "velocity", "names")
@@ -61,8 +61,8 @@ def moving_svg(
     Parameters
     ----------
     guide : PlacedGuide
-        A candidate, a guide of your own or a dwell, or a mechanism of many bars; what has no stroke
-        runs over its circuit.
+        A candidate, a guide of your own or a dwell, or a mechanism of many bars; a guide without a
+        stroke moves over its circuit.
     width, height : float
         Size [px].  Default height: as needed, 0.3 to 1 of the width; the drawing is centred.
     layers : collection of str
@@ -105,7 +105,7 @@ def moving_svg(
     Raises
     ------
     InvalidRequest
-        If there is no such layer, a size is not positive, or as of `poses.poses`.
+        If a layer is unknown or a size not positive; see also `poses.poses`.
     """
     known = layers_of(guide)
     if unknown := [name for name in (*layers, *hidden) if name not in known]:
@@ -132,13 +132,13 @@ def posed(
     Raises
     ------
     InvalidRequest
-        As of `poses.poses`; also for further points of many bars.
+        See `poses.poses`; also if further points of many bars are given.
     """
     if not has_bars(guide):
         return poses(guide, count, turn=turn, points=points, error=error)
     if points:
         raise InvalidRequest("a further point of a mechanism of many bars is a joint on one bar: name it there")
-    own: Any = guide  # an `OwnChain`, which is above
+    own: Any = guide  # an `OwnChain` belongs to a higher floor
     return chain_poses(own, count, turn=turn, error=error)
 
 

@@ -57,7 +57,7 @@ WORDS = {
 #: Layers shown at first.
 SHOWN = ("names",)
 
-#: Puts layers on and off, holds the motion and leads it by hand.
+#: Script that toggles layers, pauses the motion and scrubs it.
 _SCRIPT = """(function () {
 var svg = document.currentScript.ownerSVGElement, bar = svg.querySelector('.bar'), span = +bar.dataset.span;
 var play = svg.querySelector('.play'), held = false;
@@ -123,7 +123,8 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
     guide = guide.in_unit(unit)
     unit = guide.unit or ASSUMED
     shown = posed(guide)
-    layers = [name for name in layers_of(guide) if name != "turn" or not shown.closed]  # that path is drawn as it is
+    # on a closed circuit the path is drawn already
+    layers = [name for name in layers_of(guide) if name != "turn" or not shown.closed]
     per = millimetres(unit)
     drawn = (
         Scale.named(scale)

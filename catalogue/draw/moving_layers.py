@@ -26,18 +26,18 @@ from .svg import Clock, group, number, pair, polyline, text
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Names of layers, as they may be asked for, from the back to the front.
+#: Names of layers that can be requested, from the back to the front.
 LAYERS = LAYER_NAMES
 
 
-#: Layers of a mechanism of many bars, of which no curvature is drawn.
+#: Layers of a mechanism of many bars, for which no curvature is computed.
 CHAIN_LAYERS = ("turn", "velocity", "names")
 
 
 class LayerOptions(NamedTuple):
-    """Extent of the layers of a moving drawing."""
+    """Sizes of the layers of a moving drawing."""
 
-    #: radius above which an inflection circle is not drawn [widths of the drawing]
+    #: radius above which an inflection circle is omitted [widths of the drawing]
     widest: float = 8.0
     arrow: float = 0.22  #: length of the longest arrow of the velocity [widths]
     #: largest error of a centrode [widths]: a third of a pixel of a card
@@ -164,7 +164,7 @@ class Layers:
     def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
         if has_bars(self.guide):
-            own: Any = self.guide  # an `OwnChain`, which is above
+            own: Any = self.guide  # an `OwnChain` belongs to a higher floor
             z = chain_poses(own, turn=True).path
         else:
             run = self.guide.run(whole=True)
@@ -173,7 +173,7 @@ class Layers:
         return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
 
     def _names(self) -> Markup:
-        """Return the names of the pivots; those of the coupler go with them, upright."""
+        """Return the names of the pivots; those of the coupler move with it and stay upright."""
         if has_bars(self.guide):
             return chain_names(self.shown, self.frame, self.clock)
         parts, p = [], self.frame.point
@@ -188,7 +188,7 @@ class Layers:
 
     @property
     def _origin(self) -> complex:
-        """The coupler point by which it is carried, in the position given."""
+        """Coupler point by whose motion the layer is carried, in the given position."""
         return complex(self.shown.home[self.shown.origin])
 
     def _linkages(self) -> Linkage:
@@ -210,7 +210,7 @@ class Layers:
         return np.where(finite, pole, np.nan), np.where(finite, diameter, np.nan)
 
     def _seen(self, seen: Mask) -> dict[str, str]:
-        """Return the opacity of an element visible in some poses only, in a still."""
+        """Return the opacity in a still of an element that only some poses show."""
         return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
 
     def _blinking(self, seen: Mask) -> Markup:

@@ -80,5 +80,5 @@ def _style() -> str:
 
 
 LAYER_NAMES = ("turn", "circle", "cubics", "centrodes", "pole", "velocity", "names")
-#: The style sheet of moving drawings: what a page of many holds once.
+#: Style sheet of moving drawings: a page of many needs it once.
 STYLE = _style()

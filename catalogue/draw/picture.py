@@ -33,10 +33,10 @@ class Film(NamedTuple):
     width: float = 6.0  #: width [inch]
     tall: float = 1.0  #: largest height over width
     dpi: int = 100  #: resolution [dots per inch]
-    pace: int = 80  #: time of a pose [ms]
-    shortest: int = 20  #: shortest time of an intermediate pose [ms]: viewers show no shorter ones
-    #: Largest error of linear motion between two pictures [extent of its motion, rad]: no part
-    #: jumps.
+    pace: int = 80  #: duration of a pose [ms]
+    shortest: int = 20  #: shortest duration of an intermediate pose [ms]: viewers show no shorter ones
+    #: Largest error of linear interpolation between two pictures [extent of the part's motion,
+    #: rad]: no part visibly jumps.
     error: float = 0.02
 
 
@@ -108,7 +108,7 @@ def _still(guide: PlacedGuide) -> Any:
 
 
 class Stage(NamedTuple):
-    """Parts of a film: its box, and functions of a pen that draw what stands, and a pose."""
+    """Parts of a film: its box, and functions that draw the fixed parts and a pose with a pen."""
 
     box: tuple[float, float, float, float]
     ground: Callable[[Pen], None]

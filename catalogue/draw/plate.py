@@ -25,7 +25,7 @@ class PlateLayout(NamedTuple):
     caption: float = 0.66  #: height of a caption
     large: float = 3.6  #: side of a cell among few
     usual: float = 3.1  #: side of a cell among many
-    few: int = 4  #: most cells of a plate that count as few
+    few: int = 4  #: largest number of cells that count as few
     narrowest: float = 8.4  #: smallest width of the sheet, for its title
 
 
@@ -35,10 +35,10 @@ PLATE = PlateLayout()
 def plate(series: Series, file: str | Path | None = None) -> Figure:
     """Draw a series: axes, circles, cubics, linkage and guided pairs of each cell.
 
-    The file, what is returned and what is raised are as for `catalogue.Candidate.plot`.
+    File, result and errors are those of `catalogue.Candidate.plot`.
     """
     kind = None if file is None else kind_of(Path(file))
-    blank(1, 1)  # without matplotlib, say so before the sampling
+    blank(1, 1)  # report a missing matplotlib before the sampling
     shown = cells(series)
     columns = _columns(len(shown))
     rows = -(-len(shown) // columns)
@@ -69,13 +69,13 @@ def plate(series: Series, file: str | Path | None = None) -> Figure:
 
 
 def file_name(code: str) -> str:
-    """Return a name for the files of a series that every file system takes, without suffix."""
+    """Return a name, without suffix, for the files of a series: valid on every file system."""
     plain = re.sub(r"[^A-Za-z0-9.]+", "-", code.replace("*", "-star")).strip(".-")
     return plain or "series"
 
 
 def _columns(count: int) -> int:
-    """Return how many cells stand in a row."""
+    """Return the number of cells per row."""
     if count <= PLATE.few:
         return min(count, 2)
 

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 class PoseCount(NamedTuple):
     """Number of poses of a moving drawing."""
 
-    stroke: int = 33  #: default over a stroke
-    turn: int = 73  #: default over a turn: every five degrees
-    most: int = 361  #: most poses: every degree of a turn
-    #: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a
-    #: card.
+    stroke: int = 33  #: default number over a stroke
+    turn: int = 73  #: default number over a turn: every five degrees
+    most: int = 361  #: largest number of poses: every degree of a turn
+    #: Largest error of interpolation half way between two poses [extent of the part's motion, rad]:
+    #: a pixel of a card.
     error: float = 5e-3
 
 
@@ -37,32 +37,32 @@ POSE_COUNT = PoseCount()
 class Poses:
     """A guide in m poses; points are complex numbers in the user's unit, y upwards."""
 
-    kinds: Integers  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    kinds: Integers  #: kinds of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
     moving: Complexes  #: moving pivots, shape (m, 2); for a slide the unit normal of its coupler line
-    turn: Floats  #: of the coupler from the position given, shape (m,) [rad]
-    cranks: dict[int, Floats]  #: by dyad 0 or 1, angle of the crank from the x axis, shape (m,) [rad]
-    guided: Complexes  #: shape (m,)
+    turn: Floats  #: rotation of the coupler from the given position, shape (m,) [rad]
+    cranks: dict[int, Floats]  #: angle of each crank from the x axis, by dyad 0 or 1, shape (m,) [rad]
+    guided: Complexes  #: positions of the guided point, shape (m,)
     home: (
         Complexes  #: in the position given, shape (3,): finite moving pivots or feet on the slides' lines, guided point
     )
-    normals: dict[int, complex]  #: of each slide's coupler line, in the position given
-    rods: dict[int, Complexes]  #: of each slide, in the position given, the ends of its coupler line, shape (2,)
+    normals: dict[int, complex]  #: unit normal of each slide's coupler line, in the given position
+    rods: dict[int, Complexes]  #: ends of each slide's coupler line in the given position, shape (2,)
     #: Velocity of the guided point per radian of the drive, in the order of the poses, shape (m,);
     #: NaN at dead points of the drive.
     velocity: Complexes
-    time: Floats  #: when the poses are passed, from 0 to 1, shape (m,)
-    path: Complexes  #: of the guided point, shape (p,), within `POLYLINE.error`
-    traces: dict[str, Complexes]  #: of further coupler points by name, shape (p,) each
-    traced: dict[str, complex]  #: where these points are in the position given
+    time: Floats  #: times of the poses, from 0 to 1, shape (m,)
+    path: Complexes  #: path of the guided point, shape (p,), within `POLYLINE.error`
+    traces: dict[str, Complexes]  #: paths of further coupler points by name, shape (p,) each
+    traced: dict[str, complex]  #: positions of these points in the given position
     driver: int  #: number of the driving crank; 0: the coupler
     closed: bool  #: whether the last pose is the first again
-    joint: Complexes | None = None  #: of a dwell, of rod and rocker, shape (m,)
-    pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
+    joint: Complexes | None = None  #: joints of rod and rocker of a dwell, shape (m,)
+    pivot: complex = complex("nan")  #: fixed pivot of its rocker
 
     @property
     def middle(self) -> int:
-        """Index of the pose that is nearest to the position given."""
+        """Index of the pose nearest to the given position."""
         away = np.abs(self.guided - self.home[2]) + np.abs(self.home - self.home[2]).max() * np.abs(self.turn)
         return int(np.argmin(away))
 
@@ -76,7 +76,7 @@ class Poses:
         return np.asarray(self.guided[:, None] + np.exp(1j * self.turn[:, None]) * (np.ravel(z) - self.home[2]))
 
     def at_home(self, z: Complexes) -> Complexes:
-        """Return which coupler points are at the places z in the poses, both shape (m,)."""
+        """Return the coupler points at the places z in the poses, both of shape (m,)."""
         return np.asarray(self.home[2] + np.exp(-1j * self.turn) * (z - self.guided))
 
     @property
@@ -104,16 +104,17 @@ def poses(
     ----------
     guide : PlacedGuide
     count : int, optional
-        Number of poses, 3 to 361; default: 33 over a stroke, 73 over a circuit, and as many more as
-        the error needs.  Over a stroke they are denser near its ends, so that equal times give a
+        Number of poses, 3 to 361; default: 33 over a stroke, 73 over a circuit, or more where the
+        error requires it.  Over a stroke they are denser near its ends, so that equal times give a
         gentle reversal.
     turn : bool
-        Cover the whole circuit, from the given position back to it; of an open circuit its nearby
-        part.
+        Cover the whole circuit, from the given position back to it; for an open circuit its part
+        near that position.
     points : mapping of str to (x, y), optional
         Further coupler points, in the given position [length].
     error : float
-        Largest error of a part half way between two poses [extent of its motion, rad].
+        Largest error of interpolation half way between two poses [extent of the part's motion,
+        rad].
 
     Raises
     ------
@@ -136,7 +137,7 @@ def poses(
         raise InvalidRequest("the linkage does not lead its guided point over the whole of the motion to be drawn")
     moving = [
         np.exp(1j * turned) * z[i, 1] if kinds[i] == RP else moved.points[f"A{i + 1}*"] for i in (0, 1)
-    ]  # a slide has a normal instead
+    ]  # a slide has a normal in place of its moving pivot
     start = complex(*guide.guided)
     feet, rods = _slides(kinds, z, start, {i: run.sliding(i) for i in (0, 1) if kinds[i] == RP})
     joint, pivot = output(guide, guided)
@@ -185,9 +186,9 @@ def _slides(
 def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, complex]:
     """Return the joints (m,) of a dwell for guided points (m,), and the rocker's pivot.
 
-    None and NaN for another guide.
+    For another guide they are None and NaN.
     """
-    dwell: Any = guide  # a `DwellCandidate`, which is above, if it has a joint
+    dwell: Any = guide  # a `DwellCandidate`, of a higher floor, if it has a joint
     if not hasattr(dwell, "joint"):
         return None, complex("nan")
     return dwell.joints(guided), complex(*dwell.pivot)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 
 class SceneOptions(NamedTuple):
-    """Which positions are drawn."""
+    """Positions at which a scene is sampled."""
 
-    #: Positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
+    #: Number of positions of the linkage over the stroke: odd, so that one is in mid-stroke.
     poses: int = 33
     beyond: float = 0.3  #: length of the path beyond either end of the stroke [strokes]
     nodes: int = 128  #: intervals between the points at which the deviation is drawn
@@ -42,24 +42,24 @@ class Scene:
     Points are complex, positions run from 0 to the stroke [length].
     """
 
-    kinds: Integers  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    kinds: Integers  #: kinds of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
     moving: Complexes  #: moving pivots, shape (poses, 2); for a slide the unit normal of its coupler line
-    #: Corners of the coupler, shape (poses, 3): its finite moving pivots, the foot on its slide's
-    #: line, last the guided point.
+    #: Corners of the coupler, shape (poses, 3): finite moving pivots, or the feet on slides' lines;
+    #: last the guided point.
     coupler: Complexes
-    rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (poses, 2)
-    path: Complexes  #: shape (p,), within `POLYLINE.error`
-    before: Complexes  #: the path beyond the start, outwards, until the linkage or the path turns
-    after: Complexes  #: the same beyond the end
-    position: Floats  #: along the stroke, shape (nodes + 1,)
-    error: Floats  #: there, signed distance from the nominal [length], positive to +y
+    rods: dict[int, Complexes]  #: ends of each slide's coupler line over the stroke, by dyad 0 or 1, shape (poses, 2)
+    path: Complexes  #: path of the guided point, shape (p,), within `POLYLINE.error`
+    before: Complexes  #: path before the start, outwards, until the linkage or the path turns
+    after: Complexes  #: path after the end, outwards, until the linkage or the path turns
+    position: Floats  #: positions along the stroke, shape (nodes + 1,)
+    error: Floats  #: signed distances from the nominal at `position`, positive to +y [length]
 
-    joint: Complexes | None = None  #: of a dwell, of its rod and rocker, shape (m,)
-    pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
+    joint: Complexes | None = None  #: joints of rod and rocker of a dwell, shape (m,)
+    pivot: complex = complex("nan")  #: fixed pivot of its rocker
     ghosts: tuple[int, ...] = (0, -1)  #: poses that are drawn faintly
     driver: int = 0  #: number of the driving crank; 0: none
-    #: Way of the guided point over the turn of a driving crank that turns fully, shape (r,); else
+    #: Path of the guided point over the turn of a driving crank that turns fully, shape (r,); else
     #: empty.
     turn: Complexes = field(default_factory=lambda: np.empty(0, complex))
     middle: int = SCENE.poses // 2  #: index of the pose in mid-stroke, or in the position given
@@ -75,7 +75,7 @@ class Scene:
 
 
 def scene_of(shown: Poses) -> Scene:
-    """Make the scene of a mechanism that is moved without a stroke."""
+    """Make the scene of a mechanism without a stroke."""
     none = np.empty(0)
     return Scene(
         shown.kinds,
@@ -144,7 +144,7 @@ def scene(candidate: Candidate) -> Scene:
 
 
 def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
-    """Move the scene to the user's frame: the path starts at `origin` in this direction."""
+    """Move the scene to the user's frame: its path starts at `origin` in the given direction."""
     if origin == 0 and direction == 1:
         return shown
 
@@ -186,8 +186,8 @@ def _slides(
 def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list[Complexes]:
     """Extend the path beyond both ends of a run by at most `more`, until it turns.
 
-    The length counts along the tangent at mid-stroke, turned by `bent` at the start and back at the
-    end.
+    The length is measured along the tangent at mid-stroke, rotated by `bent` at the start and by
+    its inverse at the end.
     """
     tails, half = [], 0.5 * float(run.circuit.period[0]) * np.sign(run.high - run.low)
     tangents = middle * bent, middle * bent.conjugate()
@@ -234,5 +234,6 @@ def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: 
         position = candidate.stroke - w.real if traced.fit.along[0].real < 0 else w.real
         error = from_circle(z, ends, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
         error = error * np.sign((ends[1] - ends[0]).real)
-    order = np.arange(len(z)) if here.cusp[0] else np.argsort(position)  # a path that returns is drawn as it runs
+    # a path that returns is drawn in the order of the motion
+    order = np.arange(len(z)) if here.cusp[0] else np.argsort(position)
     return position[order].astype(float), error[order].astype(float)

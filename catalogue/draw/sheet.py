@@ -95,7 +95,7 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
 
 
 def stroked(guide: PlacedGuide) -> Candidate | None:
-    """Return a guide with a stroke; None for another."""
+    """Return a guide if it has a stroke, else None."""
     return cast("Candidate", guide) if hasattr(guide, "stroke") else None
 
 
@@ -161,7 +161,8 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     exact = _exact(candidate)
     half = candidate.deviation
     box = axes.get_window_extent()
-    flat = 0.5 * candidate.run_length * box.height / box.width  # half the height of the strip without magnification
+    # half the height that the strip would have without magnification
+    flat = 0.5 * candidate.run_length * box.height / box.width
     times = 1.0 if exact else rounded(flat / (1.15 * half))
     axes.set_facecolor("none")
     axes.set_xlim(0, candidate.run_length)

@@ -11,8 +11,8 @@ import numpy as np
 from ..kinematics.types import Complexes, Floats
 from ..markup import NOTHING, Markup, element
 
-#: Steps of time that differ by less are equal.
-EQUAL = 1e-9
+#: Difference below which steps of time are equal.
+EQUAL_TIMES = 1e-9
 
 
 def group(kind: str, *content: str, **attributes: object) -> Markup:
@@ -21,7 +21,7 @@ def group(kind: str, *content: str, **attributes: object) -> Markup:
 
 
 def text(words: str, at: complex, kind: str, **attributes: object) -> Markup:
-    """Return a line of text that begins, or by its anchor ends, at a place."""
+    """Return a line of text that begins at a place, or ends there by its anchor."""
     return element("text", words, class_=kind, x=number(at.real), y=number(at.imag), **attributes)
 
 
@@ -67,7 +67,7 @@ def plate(z: Complexes, radius: float) -> str:
         left, right = pair(corner[0] - radius), pair(corner[0] + radius)
         return f"M{left}A{r} {r} 0 0 1 {right}A{r} {r} 0 0 1 {left}Z"
     away = np.roll(corner, -1) - corner
-    normal = -1j * away / np.abs(away) * radius  # outwards where the corners follow the clock as it is seen
+    normal = -1j * away / np.abs(away) * radius  # outwards, for corners in clockwise order on the screen
     begin, end = corner + normal, np.roll(corner, -1) + normal
     parts = [f"M{pair(begin[0])}"]
     for k in range(len(corner)):
@@ -76,7 +76,10 @@ def plate(z: Complexes, radius: float) -> str:
 
 
 def _hull(z: Complexes, near: float) -> Complexes:
-    """Compute the convex hull by ascending angle (A. M. Andrew 1979); close points coincide."""
+    """Compute the convex hull by ascending angle (A. M. Andrew 1979).
+
+    Close points coincide.
+    """
     points = sorted(np.asarray(z).tolist(), key=lambda p: (p.real, p.imag))
     corner = points[:1]
     for point in points[1:]:
@@ -96,7 +99,7 @@ def _hull(z: Complexes, near: float) -> Complexes:
 
 
 def _left(a: complex, b: complex, c: complex) -> float:
-    """Return twice the area of a triangle, positive if it turns by ascending angle."""
+    """Return twice the area of a triangle, positive for corners in order of ascending angle."""
     return ((b - a).conjugate() * (c - a)).imag
 
 
@@ -115,7 +118,8 @@ class Clock:
     still : bool
         Whether the drawing shows this pose alone.
     time : ndarray, shape (m,), optional
-        Times of the poses, from 0 to 1 of a period or of the way forth; by default evenly spaced.
+        Times of the poses over a period, or over the way forth of a motion to and fro, from 0 to 1;
+        by default evenly spaced.
     """
 
     seconds: float
@@ -145,7 +149,7 @@ class Clock:
     @cached_property
     def _key_times(self) -> str | None:
         """Return the times of the values of a period; None for equal times."""
-        if self.time is None or np.ptp(np.diff(self.time)) < EQUAL:
+        if self.time is None or np.ptp(np.diff(self.time)) < EQUAL_TIMES:
             return None
         time = self.time if self.closed else 0.5 * np.append(self.time, 2 - self.time[-2::-1])
         return ";".join(number(t, 5) for t in time.tolist())

@@ -36,7 +36,7 @@ class Pen:
 
     axes: Axes
     point: float  #: length in the drawing of a point on paper
-    taken: list[Complexes] = field(default_factory=list)  #: where something has been drawn that a name must not cover
+    taken: list[Complexes] = field(default_factory=list)  #: places of symbols that a name must not cover
 
     def line(self, z: Array, gid: str, **style: Any) -> None:
         """Draw a line through the points z."""
@@ -136,7 +136,7 @@ class Pen:
         self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=3)
 
     def track(self, at: complex, normal: complex, run: tuple[float, float], others: Complexes, gid: str) -> None:
-        """Draw the rail of a slider over its `run`, away from the linkage, `others`."""
+        """Draw the rail of a slider over its `run`, on the side away from the `others`."""
         side = -1.0 if ((others - at) * normal.conjugate()).real.sum() > 0 else 1.0
         foot, along = at + side * BLOCK[1] * self.point * normal, 1j * normal
         self.hatched(foot + run[0] * along, foot + run[1] * along, side * normal, gid)
@@ -163,6 +163,6 @@ def rounded(z: Complexes, radius: float) -> Complexes:
     out = np.roll(z, -1) - z
     normal = -1j * out / np.abs(out)
     turn = np.angle(normal / np.roll(normal, 1)) % (2 * np.pi)
-    turn = np.where(turn > 1.5 * np.pi, 0, turn)  # corners on one line: nothing turns there
+    turn = np.where(turn > 1.5 * np.pi, 0, turn)  # corners on one line: no arc between their sides
     arcs = np.roll(normal, 1)[:, None] * np.exp(1j * turn[:, None] * np.linspace(0, 1, 24))
     return np.asarray((z[:, None] + radius * arcs).ravel())

@@ -36,14 +36,14 @@ def rounded(value: float, steps: tuple[float, ...] = (1, 2, 5)) -> float:
 
 @dataclass(frozen=True)
 class Scale:
-    """Lengths on paper to lengths of the thing: drawn : real."""
+    """Ratio of lengths on paper to real lengths, such as 1:2."""
 
     drawn: float
     real: float
 
     @property
     def ratio(self) -> float:
-        """Lengths on paper over lengths of the thing."""
+        """Length on paper over real length."""
         return self.drawn / self.real
 
     def __str__(self) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Directions of a bearing, the usual one first.
-WAYS = (-1j, 1j, 1 + 0j, -1 + 0j)
+BEARING_DIRECTIONS = (-1j, 1j, 1 + 0j, -1 + 0j)
 #: Colour of the fixed plane; that of the moving plane is the colour of the coupler.
 FIXED = "#00805e"
 
@@ -28,7 +28,7 @@ FIXED = "#00805e"
 class CellLayout(NamedTuple):
     """Layout of a cell of a plate."""
 
-    small: float = 0.62  #: size of symbols over that on a sheet
+    small: float = 0.62  #: scale of symbols relative to those on a sheet
     border: float = 19.0  #: margin of the figure [pt]
     path: float = 17.0  #: half the length of a guided path [pt]
 
@@ -62,7 +62,7 @@ class Vignette:
         """Return the ends of the coupler: moving pivots, or feet on the slots."""
         z, kinds = self.z, self.kinds
         ends = z[:, 1].copy()
-        if (kinds == RP).all():  # where the two lines meet
+        if (kinds == RP).all():  # two slides: the point where their lines meet
             (n1, n2), (c1, c2) = z[:, 1], (z[:, 0] * z[:, 1].conj()).real
             return np.full(2, 1j * (n1 * c2 - n2 * c1) / (n1.conjugate() * n2).imag)
         for i in np.flatnonzero(kinds == RP):
@@ -170,7 +170,7 @@ class Vignette:
             dyad(pen, kind, fixed, moving, rod, name)
 
     def _down(self, i: int) -> complex:
-        """Return the direction of a bracket with the least of the linkage in it."""
+        """Return the direction in which a bracket covers least of the linkage."""
         fixed, share = self.z[i, 0], np.linspace(0, 1, 101)
         links = [self.joint, *(self.z[j] for j in (0, 1) if self.kinds[j] == RR)]
         parts = np.concatenate([a + share * (b - a) for a, b in links]) - fixed
@@ -182,18 +182,18 @@ class Vignette:
         def hidden(down: complex) -> float:
             return max(0.6, float((ways * down.conjugate()).real.max(initial=0)))
 
-        return min(WAYS, key=hidden)
+        return min(BEARING_DIRECTIONS, key=hidden)
 
     def _guided(self, number: int) -> tuple[complex, str, str]:
         """Draw a guided pair.
 
-        Returns the place of its name, the name and the kind of element.
+        Return the place of its name, the name and the kind of element.
         """
         guided = self.cell.guided[number]
         gid = f"guided-{number + 1}"
         pair, finite = guided.pairs[0, :, 0] + 1j * guided.pairs[0, :, 1], guided.pairs[0, :, 2] != 0
         (fixed, moving), seen = pair, finite & (self.labels.out(pair) < 0)
-        # along the ray as far as both points, or the frame
+        # draw the ray up to both points, or to the frame
         ends = [*pair[finite], *([] if self.parallel or not finite.all() else [0j])]
         if len(ends) > 1:
             far = max(ends, key=lambda end: abs(end - ends[-1]))
@@ -225,6 +225,6 @@ class Vignette:
         self.pen.line(z, self.prefix + gid + "-path", color=PATH, linewidth=1.7, zorder=7)
 
     def _border(self, z: complex) -> complex:
-        """Return the place in the frame next to a point outside, seen from the pole."""
+        """Return the point of the frame towards a point outside it, seen from the pole."""
         off = z - self.centre
         return self.centre + off * 0.93 * self.half / max(abs(off.real), abs(off.imag))

@@ -11,7 +11,7 @@ from .units import length
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Deviation below which a guide is exact [strokes]: rounding.
+#: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12
 #: Names of families in titles.
 FAMILIES = {
@@ -81,7 +81,7 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
 
 
 def places(guide: PlacedGuide, unit: str) -> list[str]:
-    """Describe the positions of the fixed pivots; of a slider the direction of its rail."""
+    """Describe the positions of the fixed pivots; for a slider the direction of its rail."""
     own: Any = guide
     if has_bars(guide):
         at = {name: [length(v, unit) for v in own.joints[name]] for name in own.bars["frame"]}

@@ -8,12 +8,13 @@ from ..errors import InvalidRequest, quoted
 from ..given import whole
 from .base import TRIES, Begin, Engine
 
-#: Names of engines; those of workers may be followed by their number, dask by an address.
+#: Names of engines; ``processes`` and ``dask`` may be followed by a number of workers, ``dask`` by
+#: an address.
 NAMES = ("serial", "processes", "dask")
 
 
 def check_name(name: str) -> tuple[str, str]:
-    """Part the name of an engine into kind and rest: number of workers, or address.
+    """Split the name of an engine into kind and rest: a number of workers, or an address.
 
     Raises
     ------

@@ -31,7 +31,7 @@ class Cluster(Engine):
     count : int
         Number of workers to start.
     tries : int
-        Attempts at a task that kills its worker; of a running cluster as it is configured
+        Attempts at a task that kills its worker; a running cluster uses its own configuration
         (``distributed.scheduler.allowed-failures`` and 1).
 
     Raises
@@ -101,7 +101,7 @@ def _run(begin: Begin | None, function: Callable[..., Any], arguments: Any, keyw
     with _LOCK:
         if begin is not None and begin not in _BEGUN:
             begin()
-            _BEGUN.clear()  # the worker belongs to the last that asks
+            _BEGUN.clear()  # the worker now belongs to the latest caller
             _BEGUN.add(begin)
     return function(*arguments, **keywords)
 

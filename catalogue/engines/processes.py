@@ -10,7 +10,7 @@ process can be started, in a browser or with a full process table, tasks run one
 from __future__ import annotations
 
 import os
-import pickle  # nosec B403  # of what a process sends that was started here; no file is read by it
+import pickle  # nosec B403  # only messages of a process started here, never a file
 import signal
 import subprocess  # nosec B404  # this Python, with this package
 import sys
@@ -84,11 +84,11 @@ class Processes(Engine):
         """Return the process of this thread; None where none can be started."""
         process: subprocess.Popen[bytes] | None = getattr(self._local, "process", None)
         if process is None:
-            # each process computes on one core: several threads of linear algebra would only get in
-            # their way
+            # each process computes on one core: several threads of linear algebra would compete for
+            # it
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-            # the same modules as here are found there: -P, lest a file in the current folder take
-            # the place of one
+            # the process finds the same modules as this one: -P keeps a file in the current folder
+            # from replacing one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
             try:
                 process = self._local.process = subprocess.Popen(  # nosec B603
@@ -122,7 +122,7 @@ class Processes(Engine):
 
             alarm = threading.Timer(self.limit, end)
             alarm.daemon = True
-            with suppress(RuntimeError):  # without threads the process watches itself
+            with suppress(RuntimeError):  # without threads the process watches its own time limit
                 alarm.start()
         assert process.stdout is not None  # a pipe
         try:

@@ -1,15 +1,15 @@
 """Run a worker process: read a task, answer with its result, until the pipe closes.
 
 See `processes`.  A thread waits at the pipe: when the calling process is done, or has been killed,
-this one ends at once, whatever a task is doing.  Should a task let no thread run, a watchdog that
-needs none ends it after its time limit.
+this one ends at once, whatever a task is doing.  A task that blocks all threads is ended after its
+time limit by a watchdog that needs no thread.
 """
 
 from __future__ import annotations
 
 import faulthandler
 import os
-import pickle  # nosec B403  # of what the process that started this one sends
+import pickle  # nosec B403  # only messages of the process that started this one
 import signal
 import threading
 import warnings
@@ -36,12 +36,12 @@ def main() -> None:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the calling process, which then closes the pipe
-    warnings.simplefilter("ignore")  # the calling process has said it already
+    warnings.simplefilter("ignore")  # the calling process has shown them already
     tasks: SimpleQueue[bytes] = SimpleQueue()
     following = tasks.get
     try:
         threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
-    except RuntimeError:  # a full process table: a pipe that closes is seen after the task
+    except RuntimeError:  # the process table is full: a closed pipe is then noticed only after the task
         following = partial(_read, source)
     process = os.getpid()
     failure, limit = None, None
@@ -60,7 +60,7 @@ def main() -> None:
                 with suppress(RuntimeError):
                     faulthandler.dump_traceback_later(limit + GRACE, exit=True, file=nowhere)
             answer = (False, failure) if failure is not None else _answer(task)
-            if os.getpid() != process:  # a plugin has forked it
+            if os.getpid() != process:  # a process that a plugin has forked
                 os._exit(0)
             send(sink, _pickled(answer))
             faulthandler.cancel_dump_traceback_later()
@@ -96,7 +96,7 @@ def _pickled(answer: tuple[bool, Any]) -> bytes:
 def send(pipe: IO[bytes], content: bytes) -> None:
     """Write a message: its length in 8 bytes, then its content."""
     view = memoryview(len(content).to_bytes(8, "big") + content)
-    while view:  # an unbuffered pipe may take a part only
+    while view:  # an unbuffered pipe may take only a part
         view = view[pipe.write(view) :]
     pipe.flush()
 

@@ -2,7 +2,8 @@
 
 A bar is a plate with a hole at each joint.  Where one bar slides along another there is a block in
 a slot: the slider itself if it has one joint, else a block on the slider's first joint.  Wheels are
-plates like other bars, beside their pitch circles; what keeps bars parallel is not made.
+plates like other bars, drawn with their pitch circles; the parts that keep bars parallel are left
+out.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from .links import SAME, Link, Links, Places, link_of
 if TYPE_CHECKING:
     from ..chains.structure import Structure
 
-Chain = Any  # an `OwnChain`, or a `ChainStretch`, which are above
+Chain = Any  # an `OwnChain`, or a `ChainStretch`, of a higher floor
 
 
 def links_of(one: Chain) -> Links:
@@ -81,14 +82,14 @@ def chain_placed_over(one: Chain, links: Links, count: int) -> Places:
 
 
 def _block_name(structure: Structure, slider: str) -> str:
-    """Return the name of the block on a slider: its own if it is no more than that."""
+    """Return the name of the block on a slider: that of the slider if it has no other part."""
     joints = structure.bars[structure.number(slider)][1]
     runs = sum(slider in slide.ends for slide in structure.slides)
     return slider if len(joints) == 1 and runs == 1 else f"{slider} block"
 
 
 def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, float]:
-    """Compute the range of the way of a slider from the given pose [length]."""
+    """Compute the range of a slider's displacement from the given pose [length]."""
     samples = one.samples(low, high)
 
     def way(phases: Floats) -> Floats:
@@ -100,7 +101,7 @@ def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, fl
 
 
 def _apart(holes: dict[str, complex], size: float) -> dict[str, complex]:
-    """Select the first of holes that coincide."""
+    """Keep one of several holes that coincide."""
     kept: dict[str, complex] = {}
     for name, z in holes.items():
         if all(abs(z - other) > SAME * size for other in kept.values()):

@@ -64,7 +64,7 @@ def written_dxf(guide: PlacedGuide, options: Options) -> str:
     except ImportError as error:
         raise MissingExtra('DXF needs ezdxf: pip install "mechanism-catalogue[cad]"') from error
     links = taken_apart(guide)
-    # axes of ellipses below 1e-12 are none to ezdxf, and squares of its zoom overflow
+    # ezdxf treats ellipses with axes below 1e-12 as points, and squares in its zoom overflow
     smallest, largest = 1e-9, 1e60
     if not smallest <= links.size <= largest:
         raise InvalidRequest(
@@ -73,7 +73,7 @@ def written_dxf(guide: PlacedGuide, options: Options) -> str:
         )
     cut = parts(links, Sizes.of(links, options.bar_width, options.hole))
     fixed = settings.write_fixed_meta_data_for_testing
-    settings.write_fixed_meta_data_for_testing = True  # no time of day, no random number
+    settings.write_fixed_meta_data_for_testing = True  # no time of day and no random number in the file
     try:
         document = drawing(guide, links, cut, options)
         out = io.StringIO()
@@ -84,7 +84,7 @@ def written_dxf(guide: PlacedGuide, options: Options) -> str:
 
 
 def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options) -> Drawing:
-    """Return the drawing as ezdxf has it."""
+    """Return the drawing as an object of ezdxf."""
     from ezdxf import zoom
     from ezdxf.filemanagement import new
 
@@ -174,7 +174,7 @@ def _dimensions(document: Drawing, links: Links, letter: float) -> None:
     }
     for key, value in look.items():
         style.set_dxf_attrib(key, value)
-        document.header[f"${key.upper()}"] = value  # what LibreCAD goes by
+        document.header[f"${key.upper()}"] = value  # LibreCAD reads these variables
     measured = [ends for ends in links.lengths.values() if abs(ends[1] - ends[0]) > SAME * links.size]
     middle = sum((a + b for a, b in measured), 0j) / (2 * len(measured))
     lines: list[tuple[complex, complex]] = []

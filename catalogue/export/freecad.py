@@ -90,7 +90,7 @@ document.recompute()
 
 
 def macro(guide: PlacedGuide, options: Options) -> str:
-    """Return the macro: plain Python, without anything of this program."""
+    """Return the macro: plain Python that does not import this package."""
     links = taken_apart(guide)
     sizes = Sizes.of(links, options.bar_width, options.hole)
     rows = [
@@ -123,7 +123,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
 
 
 def _told(links: Links) -> tuple[list[complex], list[float]]:
-    """Return the points of the path and the parameters of the spline there."""
+    """Return the points of the path, and the parameters of the spline there."""
     return links.path.tolist(), links.knots.tolist()
 
 

@@ -2,9 +2,9 @@
 
 Every part is a convex hull with a rounded border.  Parts whose hulls come nearer than their borders
 in any pose of the stroke conflict.  A block lies in the level of the link whose slot it runs in.
-Of all assignments without a conflict the one is chosen whose pins cross the fewest parts between
-the levels they join, then the one with the fewest levels; of many bars the best that a bounded
-search finds.
+Among the assignments without a conflict, those come first whose pins cross the fewest parts between
+the levels they join, then those with the fewest levels. The best one is chosen; for many bars the
+best one that a bounded search finds.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from ..kinematics.types import Complexes, Mask
 from .links import Places
 from .outlines import Part
 
-#: Poses in which parts are compared: two degrees apart where the driving crank turns fully.
+#: Number of poses in which parts are compared: every two degrees where the driving crank turns
+#: fully.
 POSES = 181
 
 
@@ -90,7 +91,8 @@ def stacked(cut: Sequence[Part], places: Places) -> Levels:
 class _Assignment:
     """Search for the best levels of groups by branch and bound."""
 
-    #: Largest number of branches: exhausts seven groups; with more it ends after a second.
+    #: Largest number of branches: enough for an exhaustive search of seven groups; with more groups
+    #: it ends after a second.
     max_visits = 50_000
 
     def __init__(
@@ -106,7 +108,7 @@ class _Assignment:
         for pair in conflicts:
             first, last = sorted(pair, key=order.__getitem__)
             self.apart[order[last]].append(first)
-        # a crossing is decided once the last of its groups has a level
+        # crossings that are decided once the group at this place of the order has a level
         self.decided: list[list[tuple[str, str]]] = [[] for _ in names]
         for pin, name in crossings:
             self.decided[max(order[one] for one in (*ends[pin], name))].append((pin, name))
@@ -182,7 +184,7 @@ def _overlap(one: Hull, other: Hull) -> Mask:
 
 
 def _sides(z: Complexes) -> tuple[Complexes, Complexes]:
-    """Return where the sides of polygons (m, k) start, and their vectors, shape (m, k)."""
+    """Return the starts of the sides of polygons (m, k), and their vectors, shape (m, k)."""
     return z, np.roll(z, -1, axis=1) - z
 
 

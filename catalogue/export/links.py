@@ -2,8 +2,8 @@
 
 A crank is a bar between two pivots.  The coupler is a plate with its pins and the guided point.  A
 slider is a block with a pin of the coupler, in a slot of the frame; a slide is a block on a pin of
-the frame, in a slot of the coupler. Slots are as long as the blocks travel over the stroke, of a
-linkage without a stroke over the whole circuit.
+the frame, in a slot of the coupler. A slot is as long as the travel of its block over the stroke,
+or over the whole circuit for a linkage without a stroke.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 #: Name of the guided point among the pivots.
 GUIDED = "guided"
-#: Two places nearer than this part of the size are one.
+#: Distance below which two places are one [sizes of the linkage].
 SAME = 1e-9
 
 
@@ -44,13 +44,13 @@ class Link:
     kind : str
         ``frame``, ``crank``, ``coupler``, ``bar`` or ``block``.
     origin, turn : complex
-        Where its origin is in the position given, and the unit vector of its x axis there.
+        Place of the link's origin in the given position, and the unit vector of its x axis there.
     holes : dict of str to complex
         Pivots by name: ``A1``, ``A1*``, ``A2``, ``A2*`` and ``guided``.
     slots : dict of str to (complex, complex)
-        Name of the block that runs in each, and the ends of the way of its middle.
+        By the name of the block in each slot, the ends of the travel of its middle.
     within : str
-        Link in whose slot a block runs; of another link empty.
+        Link in whose slot a block runs; empty for a link that is no block.
     """
 
     name: str
@@ -80,12 +80,12 @@ class Links:
     links : list of Link
         The frame first, then cranks, blocks, the coupler.
     path : complex ndarray, shape (m,)
-        Of the guided point, over the stroke or the whole circuit: points of a cubic spline that
-        lies within `catalogue.kinematics.splines.SPLINE_ERROR`.
+        Path of the guided point over the stroke or the whole circuit: points of a cubic spline with
+        an error below `catalogue.kinematics.splines.SPLINE_ERROR`.
     knots : ndarray, shape (m,)
         Parameters of the spline at these points, from 0 to 1.
     size : float
-        Diameter of the finite pivots, the ways of the blocks and the path.
+        Diameter of the finite pivots, the travels of the blocks and the path.
     title : str
         Family, or name of a mechanism of many bars.
     lengths : dict of str to (complex, complex)
@@ -93,7 +93,7 @@ class Links:
     wheels : list of (str, complex, float)
         Pitch circles: name, centre and radius.
     notes : list of str
-        What the parts lack.
+        Limitations of the parts.
     """
 
     links: list[Link]
@@ -112,8 +112,8 @@ def taken_apart(guide: PlacedGuide) -> Links:
     Raises
     ------
     InvalidRequest
-        If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no
-        ends.
+        If the guide is a linkage without a stroke whose coupler runs to infinity: its slots would
+        have no ends.
     """
     if has_bars(guide):
         from .chain_links import links_of
@@ -153,11 +153,11 @@ def taken_apart(guide: PlacedGuide) -> Links:
 
 
 def travelled(guide: PlacedGuide) -> Run:
-    """Return the run over the stroke.
+    """Return the motion over the stroke.
 
-    Of a guide without one, and of a returning point, over the circuit.
+    For a guide without a stroke, and for a returning point, it covers the circuit.
     """
-    answer: Any = guide  # a `Candidate`, which is above, if it has a stroke
+    answer: Any = guide  # a `Candidate`, of a higher floor, if it has a stroke
     if hasattr(answer, "stroke"):
         over: Run = answer.run(whole=bool(answer.span().cusp.any()))
         return over
@@ -180,9 +180,9 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
     ----------
     guide : PlacedGuide
     links : Links
-        The guide, taken apart.
+        Links of the guide.
     poses : int
-        How many positions.
+        Number of positions.
 
     Returns
     -------
@@ -193,7 +193,7 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
         from .chain_links import chain_placed_over
 
         return chain_placed_over(guide, links, poses)
-    answer: Any = guide  # a `Candidate` or a dwell, which are above
+    answer: Any = guide  # a `Candidate` or a dwell, of a higher floor
     if hasattr(answer, "stroke"):
         turns = answer.driver in answer.rotates or bool(answer.span().cusp.any())
         moved = answer.motion(poses, whole=turns)
@@ -222,7 +222,7 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
 
 
 def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
-    """Return the finite fixed pivots by name, of a dwell that of its rocker too."""
+    """Return the finite fixed pivots by name; for a dwell that of its rocker too."""
     z, finite = guide.linkage.points[0], guide.linkage.finite[0]
     found = {f"A{i + 1}": complex(z[i, 0]) for i in (0, 1) if finite[i, 0]}
     if output := rod_and_rocker(guide):
@@ -231,7 +231,7 @@ def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
 
 
 def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, complex]:
-    """Return the ends of the way of a block that is here in the given position."""
+    """Return the ends of the travel of a block from its place in the given position."""
     low, high = run.travel(i, along)
     start = (here * along.conjugate()).real
     return here + along * (low - start), here + along * (high - start)
@@ -249,7 +249,7 @@ def link_of(
 
 
 def _coupler(guide: PlacedGuide, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]]) -> Link:
-    """Express the coupler in the coordinates of `point along` and `point across`."""
+    """Return the coupler in the coordinates `point along` and `point across`."""
     origin, ahead = (complex(in_coupler(guide.linkage, np.array([z]))[0]) for z in (0j, 1 + 0j))
     return _at("coupler", "coupler", origin, ahead - origin, holes, slots)
 
@@ -262,7 +262,7 @@ def _at(
     holes: dict[str, complex],
     slots: dict[str, tuple[complex, complex]],
 ) -> Link:
-    turn = turn / abs(turn) if turn else 1 + 0j  # of a slot without length
+    turn = turn / abs(turn) if turn else 1 + 0j  # a slot without length has no direction
 
     def own(z: complex) -> complex:
         return (z - origin) * turn.conjugate()
@@ -278,7 +278,7 @@ def _at(
 
 
 def distinct(names: Sequence[str]) -> list[str]:
-    """Replace all but letters, digits and underscores, and number names that are then the same."""
+    """Replace all but letters, digits and underscores; number names that become equal."""
     found: list[str] = []
     taken: set[str] = set()
     for name in names:
@@ -295,7 +295,7 @@ def distinct(names: Sequence[str]) -> list[str]:
 def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:
     """Return the end points of each of `PlacedGuide.lengths` by name, in the given position.
 
-    Of a dwell also of ``rod`` and ``rocker``.
+    A dwell adds ``rod`` and ``rocker``.
     """
     z = guide.linkage.points[0]
     guided = complex(*guide.guided)
@@ -322,8 +322,8 @@ def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:
 
 
 def rod_and_rocker(guide: PlacedGuide) -> list[tuple[complex, complex]]:
-    """Return the ends of rod and rocker of a dwell, the joint last; none of another guide."""
-    dwell: Any = guide  # a `DwellCandidate`, which is above, if it has a joint
+    """Return the ends of rod and rocker of a dwell, the joint last; empty for another guide."""
+    dwell: Any = guide  # a `DwellCandidate`, of a higher floor, if it has a joint
     if not hasattr(dwell, "joint"):
         return []
     joint = complex(*dwell.joint)

@@ -1,8 +1,8 @@
 """Outlines of parts to cut: bars, plates and blocks, with holes and slots.
 
-An outline is a closed chain of corners, each with the bulge of the side that follows it, as DXF has
-it: the tangent of a quarter of the angle of its arc, 0 for a straight side.  Corners run
-counterclockwise.  Nothing is taken off or added for the tool.
+An outline is a closed chain of corners, each with the bulge of the side that follows it as in DXF:
+the tangent of a quarter of the angle of its arc, 0 for a straight side.  Corners run
+counterclockwise.  The width of the tool is not compensated.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class Proportions(NamedTuple):
     block: float = 2.0  #: length of a block over its width
     thickness: float = 0.3  #: thickness of a part over its width
     width: float = 0.06  #: largest default width of a bar [sizes of the linkage]
-    #: Largest default width of a bar over the shortest distance of two pivots: bars do not hide
-    #: pins.
+    #: Largest default width of a bar over the shortest distance of two pivots, so that bars do not
+    #: hide pins.
     pitch: float = 0.6
 
 
@@ -41,14 +41,14 @@ class Outline:
     bulges: list[float]
 
     def placed(self, origin: complex, turn: complex = 1 + 0j) -> Outline:
-        """Return the outline elsewhere; `turn` is a unit vector."""
+        """Return the outline moved to another place; `turn` is a unit vector."""
         return Outline([origin + turn * z for z in self.corners], self.bulges)
 
     @property
     def box(self) -> tuple[float, float, float, float]:
         """x0, y0, x1, y1.
 
-        Of an arc its circle's, which is right where it ends a bar along an axis.
+        An arc counts as its full circle, which is exact where it ends a bar along an axis.
         """
         x = [z.real for z in self.points()]
         y = [z.imag for z in self.points()]
@@ -93,18 +93,18 @@ class Sizes:
 
     @property
     def thickness(self) -> float:
-        """Of the parts as solids [the unit of the guide]."""
+        """Thickness of the parts as solids [the unit of the guide]."""
         return PROPORTION.thickness * self.width
 
     @classmethod
     def of(cls, links: Links, width: float | None, hole: float | None) -> Sizes:
-        """Return the sizes, round ones where they are not given.
+        """Return the sizes; round numbers replace those not given.
 
         Raises
         ------
         InvalidRequest
-            Unless both are above zero, the hole is narrower than the bar, and no two holes of a
-            link meet.
+            Unless width and hole are above zero, the hole is narrower than the bar, and no two
+            holes of a link meet.
         """
         pitch, link, pair = _closest(links)
         wide = (
@@ -142,7 +142,7 @@ def parts(links: Links, sizes: Sizes) -> list[Part]:
 
 
 def rectangle(start: complex, end: complex, length: float, width: float) -> Outline:
-    """Return the rectangle that a block covers between two positions, along x if it rests."""
+    """Return the rectangle that a block covers between two positions; along x if they coincide."""
     way = end - start
     along = way / abs(way) if way else 1 + 0j
     over, side = 0.5 * length * along, 0.5j * width * along
@@ -150,7 +150,7 @@ def rectangle(start: complex, end: complex, length: float, width: float) -> Outl
 
 
 def rounded_hull(places: list[complex], radius: float) -> Outline:
-    """Return the convex hull of places grown by a radius: a disc of one, a bar of two."""
+    """Return the convex hull of places grown by a radius: one place gives a disc, two a bar."""
     hull = convex(places)
     if len(hull) == 1:
         return Outline([hull[0] - radius, hull[0] + radius], [1.0, 1.0])
@@ -161,14 +161,14 @@ def rounded_hull(places: list[complex], radius: float) -> Outline:
     for k, corner in enumerate(hull):
         before, after = normals[k - 1], normals[k]
         turn = float(np.angle(after / before))
-        sweep = turn if len(hull) > 2 else math.pi  # a half circle is on either side by the sign of a zero
+        sweep = turn if len(hull) > 2 else math.pi  # the sign of a zero would decide the side of a half circle
         corners += [corner + radius * before, corner + radius * after]
         bulges += [math.tan(0.25 * sweep), 0.0]
     return Outline(corners, bulges)
 
 
 def convex(places: list[complex]) -> list[complex]:
-    """Return the corners of the convex hull, counterclockwise; of places on a line its two ends."""
+    """Return the corners of the convex hull, counterclockwise; places on a line give two ends."""
     z = np.array(places, complex)
     far = z[np.abs(z - z[0]).argmax()]
     if far == z[0]:
@@ -179,7 +179,7 @@ def convex(places: list[complex]) -> list[complex]:
         return [complex(z[run.argmin()]), complex(z[run.argmax()])]
     try:
         return [complex(p) for p in z[ConvexHull(np.stack([z.real, z.imag], 1)).vertices]]
-    except QhullError:  # flatter than it can tell from a line
+    except QhullError:  # the hull is too flat for it
         return [complex(z[run.argmin()]), complex(z[run.argmax()])]
 
 

@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: Lengths below this part of the size are rounding: none.
+#: Length over the size below which it is rounding: it counts as 0.
 ROUNDING = 1e-15
 
-#: What the lengths are, by their names without numbers.
+#: Meanings of the lengths, by their names without numbers.
 MEANINGS = {
     "crank": "length of the crank, pivot to pivot",
     "frame": "distance of the fixed pivots",
@@ -48,11 +48,11 @@ Told = Callable[[str, Any, str], None]
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number by a name that every program takes: letters, digits and underscores."""
+    """A named number; the name is valid in every program: letters, digits and underscores."""
 
     name: str
     value: float
-    unit: str  #: of a length, or ``deg``
+    unit: str  #: unit of a length, or ``deg``
     comment: str
 
 
@@ -74,7 +74,7 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
         found.append(Parameter(name, degrees, "deg", f"{meaning}, from the x axis"))
 
     if has_bars(guide):
-        mechanism: Any = guide  # an `OwnChain`, which is above
+        mechanism: Any = guide  # an `OwnChain` belongs to a higher floor
         for name, (start, end) in links.lengths.items():
             length(f"bar {name}", abs(end - start), f"length of {name}")
         for joint, (x, y) in mechanism.joints.items():
@@ -117,7 +117,7 @@ def _of_linkage(guide: PlacedGuide, length: Told, place: Told, angle: Told) -> N
 
 
 def solidworks(guide: PlacedGuide, options: Options) -> str:
-    """Return equations, a parameter in each line, with units."""
+    """Return equations, one parameter per line, with units."""
     return "".join(f'"{p.name}" = {positional(p.value)}{p.unit}\n' for p in parameters(guide, options))
 
 
@@ -132,5 +132,5 @@ def fusion(guide: PlacedGuide, options: Options) -> str:
 
 
 def positional(value: float) -> str:
-    """Return a number to the last digit and without an exponent, which not every program reads."""
+    """Return a number with all digits and without an exponent, which some programs cannot read."""
     return np.format_float_positional(value + 0.0, trim="-")

@@ -1,8 +1,9 @@
 """Write a guide as a script for pylinkage, which moves it and asserts its deviation.
 
-From position to position pylinkage closes a dyad in the way nearer to the last position.  That is
-right as long as the two ways stay apart: without a dead point of the driving crank or a change
-point in the stroke.  No script is written elsewhere, nor for families whose dyads pylinkage lacks.
+From position to position pylinkage closes a dyad in the assembly nearer to the last position. That
+is right as long as the two assemblies stay apart: without a dead point of the driving crank or a
+change point in the stroke. Otherwise no script is written, nor for families whose dyads pylinkage
+lacks.
 """
 
 from __future__ import annotations
@@ -27,16 +28,17 @@ if TYPE_CHECKING:
 class ScriptOptions(NamedTuple):
     """Positions and tolerances of the script."""
 
-    steps: int = 721  #: positions of the crank over the stroke
-    #: Largest step of the dyad's joint between two positions, over its distance from the other way
-    #: to close the dyad.
+    steps: int = 721  #: number of positions of the crank over the stroke
+    #: Largest step of the dyad's joint between two positions, over the distance of its two
+    #: assemblies.
     near: float = 0.2
-    #: permitted relative difference of the deviation: the stations are those of a table
+    #: permitted relative difference of the deviation, which the script computes at the stations of
+    #: a table
     off: float = 0.01
     rounding: float = 1e-12  #: permitted absolute difference by rounding [longest length]
-    #: Permitted difference of the distance of the ends of wide arcs [deviations]: each end is off
-    #: by one across the arc, and along it by as much as the mean circle, whose centre tells the
-    #: angle.
+    #: Permitted difference of the distance between the ends of wide arcs [deviations]: each end is
+    #: off by one deviation across the arc, and along it by as much as the fitted circle, whose
+    #: centre determines the angle.
     wide: int = 6
 
 
@@ -201,7 +203,9 @@ def _centre(z: Complexes, radius: float, deviation: Any) -> complex:
     chord = z[-1] - z[0]
     middle, along = 0.5 * (z[0] + z[-1]), chord / abs(chord)
     top = ((z[len(z) // 2] - middle) * along.conjugate()).imag
-    side = 1.0 if top > 0 else -1.0  # the arc bulges to the left, the centre is to the right, of a long one behind
+    # the arc bulges to the left, its centre is to the right; the centre of a wide arc is behind the
+    # chord
+    side = 1.0 if top > 0 else -1.0
     depth = math.sqrt(max(radius**2 - (0.5 * abs(chord)) ** 2, 0.0)) * (1 if abs(top) <= 0.5 * abs(chord) else -1)
     start = middle - side * 1j * along * depth
 

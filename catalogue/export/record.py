@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: What of an answer says where it comes from.
+#: Fields of an answer that state its provenance.
 PROVENANCE = ("id", "series", "configuration", "order", "cognate", "drift")
-#: What stands elsewhere in the file.
+#: Fields of an answer that other parts of the file hold.
 ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
@@ -28,7 +28,7 @@ def written_json(guide: PlacedGuide, options: Options) -> str:
 
 
 def _of_bars(guide: Any) -> dict[str, Any]:
-    """Return an `OwnChain` as `catalogue.mechanism` takes it, with its measures."""
+    """Return an `OwnChain` in the form that `catalogue.mechanism` reads, with its measures."""
     given = guide.given
     return {
         **{name: value for name, value in given.items() if value},

@@ -17,7 +17,7 @@ from .outlines import Outline, Part, Sizes, parts
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: What the file says as the time it was made, so that the same guide gives the same file.
+#: Time of creation in the file: fixed, so that the same guide gives the same file.
 EPOCH = "2000-01-01T00:00:00"
 
 
@@ -27,10 +27,10 @@ def solids(guide: PlacedGuide, options: Options) -> str:
     Raises
     ------
     MissingExtra
-        If build123d is not there.
+        If build123d is not installed.
     """
     try:
-        cad: Any = import_module("build123d")  # by name: it ships types, and is seldom there
+        cad: Any = import_module("build123d")  # by name: it ships types, and is seldom installed
     except ImportError as error:
         raise MissingExtra('step needs build123d: pip install "mechanism-catalogue[step]"') from error
     links = taken_apart(guide)

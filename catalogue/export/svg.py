@@ -133,7 +133,7 @@ def _outline(outline: Outline) -> Markup:
 
 
 def _bezier(links: Links) -> str:
-    """Return the spline of the path as cubic Bézier curves: the same curve."""
+    """Return the spline of the path as cubic Bézier curves, which represent it exactly."""
     spline = cubic(links.knots, links.path)
     breaks = np.unique(spline.t)
     step = np.diff(breaks)[:, None] / 3
@@ -152,5 +152,5 @@ def _place(z: complex) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number of twelve digits without an exponent."""
+    """Return a number with twelve digits and without an exponent."""
     return np.format_float_positional(value + 0.0, precision=12, fractional=False, trim="-")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: What a workbook says as the time it was made, so that the same guide gives the same file.
+#: Time of creation in a workbook: fixed, so that the same guide gives the same file.
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 
 
@@ -57,9 +57,9 @@ def written_csv(guide: PlacedGuide, options: Options) -> str:
 
 
 def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
-    """Return a workbook of one sheet with a heading that stays.
+    """Return a workbook of one sheet with a fixed heading.
 
-    Cells are empty where something is NaN.
+    Cells of NaN are empty.
     """
     try:
         import xlsxwriter  # type: ignore[import-untyped]  # it ships no types
@@ -75,7 +75,8 @@ def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
         sheet.set_column(k, k, max(12, len(heading)))
         for i, value in enumerate(table[heading].tolist(), 1):
             if value == value and value != "":
-                (sheet.write_string if isinstance(value, str) else sheet.write)(i, k, value)  # no text is a formula
+                # write texts as such, never as formulas
+                (sheet.write_string if isinstance(value, str) else sheet.write)(i, k, value)
     book.close()
     return out.getvalue()
 

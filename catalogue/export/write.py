@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..find.own_chain import OwnChain
     from ..find.placed import PlacedGuide
 
-#: Where the function of each format is: module and name.
+#: Module and name of the function of each format.
 WRITERS = {
     "dxf": ("dxf", "written_dxf"),
     "json": ("record", "written_json"),
@@ -63,7 +63,7 @@ def export(
                 part.write(made if isinstance(made, bytes) else made.encode())
         except OSError as error:
             raise InvalidRequest(f"cannot write {path}: {error.strerror}") from error
-        except ValueError:  # a name that no file can have
+        except ValueError:  # a name that is not valid for a file
             raise InvalidRequest(f"cannot write to a file of the name {quoted(str(path))}") from None
     return made
 

@@ -13,11 +13,11 @@ from ..plugin.registry import Registry
 from ..series.series import Guided, Member, Series
 from .sample import Sample, chosen, even, rare
 
-#: Largest residual of a linkage that was synthesised as a member.
+#: Largest residual of a linkage synthesised as a member.
 MEMBER = 1e-9
 
 
-#: Samples that were drawn, by the class of tests and the member.
+#: Samples by the class of tests and the member.
 _DRAWN: dict[tuple[type, str], list[Sample]] = {}
 
 
@@ -37,7 +37,8 @@ class Contract:
     def samples(self, member: Member) -> list[Sample]:
         """Draw the linkages of a member to test, once.
 
-        They are an even sample, one linkage of each configuration it lacks, and the special points.
+        They are an even sample, one linkage of each configuration that it lacks, and the special
+        points.
         """
         known = _DRAWN.get((type(self), member.key))
         if known is not None and known[0].series is self.series and known[0].member is member:
@@ -83,12 +84,12 @@ def whole(sample: Sample, g: Guided) -> None:
 
 
 def real(g: Guided) -> Mask:
-    """Return where a guided element is real, shape (n,)."""
+    """Tell where a guided element is real, shape (n,)."""
     return np.asarray(np.isfinite(g.pairs).all((1, 2)))
 
 
 def apart(p: Floats, q: Floats) -> Floats:
-    """Measure how far apart pairs (n, 2, 3) are.
+    """Measure the distance of pairs (n, 2, 3).
 
     It is the larger sine of the angles between their homogeneous points.
     """

@@ -17,7 +17,7 @@ from ..problem.path import CircularArc, PathRequest, StraightLine
 
 
 class OtherStroke(NamedTuple):
-    """A stroke unlike that of the specimens."""
+    """A stroke different from that of the specimens."""
 
     stroke: float = 250.0  #: length [length]
     close: float = 1e-3  #: relative difference permitted from the stored numbers
@@ -36,7 +36,7 @@ class CollectionContract:
     ----------
     collection : Collection
     count : int
-        Mechanisms of each family that are drawn.
+        Number of mechanisms of each family to sample.
     """
 
     collection: ClassVar[Collection]

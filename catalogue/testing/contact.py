@@ -5,10 +5,10 @@ by the finite motion, vanishes to the order of contact.  Newton's method closes 
 the gaps of the two dyads of the linkage vanish.
 
 Positions are parametrised by the distance s along the tangent of the motion in (d, angle), which is
-regular unless the linkage is at a change point; there the branch that turns about the origin is
-taken, the pole of a canonical frame.  The Taylor coefficients of a gap come from positions a hair
-apart; the first that does not vanish is that of s^(order + 1).  Slots (moving pivot at infinity)
-have the gap of the inverse motion.
+regular unless the linkage is at a change point; there the branch is used that turns about the
+origin, the pole of a canonical frame. The Taylor coefficients of a gap are computed from positions
+at very small distances; the first one that does not vanish is that of s^(order + 1). For slots
+(moving pivot at infinity) the gap is that of the inverse motion.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ import numpy as np
 from ..kinematics.types import Array, Floats
 
 DIGITS = 100
-#: Positions on each side of the reference position.
+#: Number of positions on each side of the reference position.
 SIDE = 5
-#: Their distance: high terms fall by 1e-8 each.
+#: Distance of these positions: each further term of the series is smaller by 1e-8.
 STEP = mp.mpf(10) ** -8
-#: Where the terms of the Taylor series are weighed against each other, as a part of the linkage.
+#: Value of s at which the terms of the Taylor series are compared [sizes of the linkage].
 NEAR = 0.3
-#: A term below this part of the largest one counts as zero: the pivots are given with 16 digits.
+#: Ratio to the largest term below which a term counts as zero: the pivots have 16 digits.
 ZERO = 1e-9
-#: Largest gap of a guide that is exact.
+#: Largest gap of an exact guide.
 EXACT_GAP = 1e-14
 
 
@@ -87,7 +87,7 @@ def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
 
 
 def taylor(pivots: Floats, pairs: list[Array]) -> list[Array]:
-    """Compute the Taylor coefficients in s, from s^0 to s^8, of the gap of each pair."""
+    """Compute the Taylor coefficients of each pair's constraint gap, from s^0 to s^8."""
     with mp.workdps(DIGITS):
         dyads = [Dyad(dyad) for dyad in pivots]
         poses = [pose(dyads, j * STEP) for j in range(-SIDE, SIDE + 1)]

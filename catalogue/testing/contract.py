@@ -17,7 +17,7 @@ def load(code: str, *folders: object) -> Series:
 
 @cache
 def _registry(folders: tuple[str, ...]) -> Registry:
-    """Load the plugins of some folders, once however many series are asked for."""
+    """Load the plugins of some folders, only once for any number of series."""
     return Registry(folders)
 
 
@@ -33,10 +33,10 @@ class SeriesContract(MembershipContract, GuidesContract):
     ----------
     series : Series
     folders : sequence, optional
-        Plugin folders to load besides the built-in one; there the inverse series and the families
-        are looked up.
+        Plugin folders to load besides the built-in one; the inverse series and the families may be
+        in these folders.
     special : mapping, optional
-        From the key of a member to parameter points that are tested besides the even sample.
+        Parameter points, by the key of the member, that are tested besides the even sample.
     absent : collection of (key of member, label), optional
         Guided elements that are NaN throughout a member on purpose.
     """

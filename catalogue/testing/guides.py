@@ -15,12 +15,12 @@ from .sample import Sample, even
 
 
 class GuideTest(NamedTuple):
-    """Which pairs are equal, and how many are measured."""
+    """Tolerance of equal pairs, and number of measured linkages."""
 
     same: float = 1e-6  #: largest distance of equal pairs
     #: the distance for principal pairs, which may have lost half of their digits
     double: float = 1e-3
-    measured: int = 4  #: linkages per label
+    measured: int = 4  #: number of linkages per label
 
 
 GUIDE_TEST = GuideTest()
@@ -80,7 +80,7 @@ class GuidesContract(Contract):
 
 
 def _measured(sample: Sample) -> dict[int, list[Guided]]:
-    """Choose the guided elements to measure: each at its first real places, by linkage."""
+    """Select the guided elements to measure: each one at its first real places, by linkage."""
     finite = [(g, real(g)) for g in sample.guided]
     numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[: GUIDE_TEST.measured]})
     return {i: [g for g, there in finite if there[i]] for i in numbers}

@@ -15,7 +15,7 @@ from ..kinematics.types import Array, Floats, Indices
 from ..series.series import Guided, Member, Series
 
 SIZE = 64
-#: Points drawn to find the configurations that an even sample lacks.
+#: Number of points sampled to find the configurations that an even sample lacks.
 LOOK = 4096
 
 
@@ -29,24 +29,24 @@ class Sample:
 
     @cached_property
     def pivots(self) -> Floats:
-        """Pivots, shape (n, 2, 2, 3), as the series gives them."""
+        """Pivots returned by the series, shape (n, 2, 2, 3)."""
         return self.member.synthesise(self.free)
 
     @cached_property
     def faults(self) -> Array:
-        """What is wrong with each linkage, shape (n,)."""
+        """Fault of each linkage as a message, shape (n,); empty if it is valid."""
         return faults(self.pivots)
 
     @cached_property
     def guided(self) -> list[Guided]:
-        """Guided elements of the n linkages, their orders spread out to shape (n,)."""
+        """Guided elements of the n linkages, with orders broadcast to shape (n,)."""
         n = len(self.pivots)
         found = self.series.guided(self.member.complete(self.free))
         return [Guided(g.label, np.asarray(g.pairs), np.broadcast_to(g.order, n)) for g in found]
 
     @cached_property
     def valid(self) -> Sample:
-        """The part that forms linkages."""
+        """The points that form linkages."""
         return self.part(np.flatnonzero(self.faults == ""))
 
     @cached_property
@@ -67,13 +67,13 @@ class Sample:
         return Sample(self.series, self.member, {name: values[index] for name, values in self.free.items()})
 
     def name(self, i: int) -> str:
-        """Say which linkage is meant."""
+        """Name a linkage in a message."""
         at = ", ".join(f"{name} = {float(values[i])!r}" for name, values in self.free.items())
         return f"{self.series.code}, {self.member.key}" + f" at {at}" * bool(at)
 
 
 def even(series: Series, member: Member, size: int = SIZE) -> Sample:
-    """Return a Latin hypercube over the domain of a member, always the same points."""
+    """Return a Latin hypercube over the domain of a member, always of the same points."""
     draw = np.random.default_rng(1895)
     share = {p.name: (draw.permutation(size) + draw.random(size)) / size for p in member.parameters}
     return Sample(series, member, {p.name: p.spread(share[p.name]) for p in member.parameters})

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
 HERE = Path(__file__).parent
-#: Most guides in a comparison: more columns do not fit a screen.
+#: Largest number of guides in a comparison: more columns do not fit a screen.
 SIDE_BY_SIDE = 6
 #: Request shown to a visitor without one; it has answers.
 EXAMPLE = {"path": "straight-line", "stroke": "150", "deviation": "0.05"}

@@ -51,7 +51,7 @@ class Answers:
 
     first: tuple[Card, ...]
     others: tuple[Card, ...]
-    count: int  #: number of all answers, also of those not shown at first
+    count: int  #: number of all answers, including those not shown at first
     refined: bool
     advice: Advice | None  #: reason for an empty result, and relaxations
 

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class CardSize(NamedTuple):
-    """Drawing of a card [px]."""
+    """Size of the drawing of a card [px]."""
 
     width: int = 360  #: width: three cards fill a page
     height: int = 270  #: height
@@ -42,7 +42,7 @@ class Number:
     text: str
     unit: str = ""
     help: str = ""
-    value: float | None = None  #: value to compare: the least is best, in `RISING` the greatest
+    value: float | None = None  #: value for comparison: the least is best, for `RISING` the greatest
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def words(name: str) -> str:
 
 
 def drawing(one: Any) -> Markup:
-    """Return the animated drawing of a card, without style sheet: the page has it."""
+    """Return the animated drawing of a card, without a style sheet, which the page has."""
     return moving_svg(one, width=CARD_SIZE.width, height=CARD_SIZE.height, style=False, prefix=f"g{token_hex(4)}-")
 
 
@@ -149,7 +149,7 @@ def card(one: Candidate, code: str, drawn: Markup, kind: str = "") -> Card:
 
 
 def chain_card(one: OwnChain, code: str) -> Card:
-    """Make the card of a mechanism of many bars; what has no stroke has no numbers."""
+    """Make the card of a mechanism of many bars; without a stroke it has no numbers."""
     named: Any = one
     shown = list[Number]()
     if isinstance(one, ChainStretch):

@@ -23,8 +23,8 @@ class ChartLayout(NamedTuple):
     right: int = 12  #: right margin
     top: int = 22  #: top margin, for the name
     below: int = 30  #: bottom margin, for the labels of the axis
-    points: int = 121  #: most points of a curve: one every two pixels
-    ticks: int = 4  #: most intervals between ticks: labels do not touch
+    points: int = 121  #: largest number of points of a curve: one every two pixels
+    ticks: int = 4  #: largest number of intervals between ticks, so that labels do not touch
 
 
 CHART = ChartLayout()

@@ -23,10 +23,11 @@ class DeskLimits(NamedTuple):
 
     kept: int = 256  #: cached answers: an hour of one user
     poll: float = 0.1  #: time between checks whether the client still waits [s]
-    #: Time limit of a question [s]: a refined search takes 1 on an idle machine, the longest that
-    #: the form permits about 15.
+    #: Time limit of a question [s]: a refined search takes 1 s on an idle machine, the longest one
+    #: permitted by the form about 15 s.
     limit: float = 60.0
-    #: Most waiting questions of a lane: with one more a client would wait several times the limit.
+    #: Largest number of waiting questions of a lane: with more a client would wait several times
+    #: the limit.
     max_waiting: int = 12
     #: Time that an abandoned question may still run before its process is killed and restarted
     #: [s].
@@ -55,7 +56,7 @@ def process(begin: Begin, niceness: int) -> Engine:
 
 
 class Thread(Engine):
-    """A worker thread of this process: fast to start, but it blocks all others."""
+    """A worker thread of this process: it starts fast, but blocks all others."""
 
     def __init__(self, begin: Begin, niceness: int) -> None:  # noqa: ARG002  # a thread has none of its own
         self._threads, self._begin = ThreadPoolExecutor(1, "catalogue"), begin
@@ -113,8 +114,8 @@ class Lane:
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Run a function in the next free worker and return its result.
 
-        If the caller is cancelled meanwhile, the function gets `DESK.left` seconds to finish; then
-        the process is restarted.
+        If the caller is cancelled in the meantime, the function gets `DESK.left` seconds to finish;
+        then the process is restarted.
 
         Raises
         ------

@@ -15,9 +15,9 @@ from .cards import drawing
 
 
 class Example(NamedTuple):
-    """Choice of the example of a series."""
+    """Limits of the example of a series."""
 
-    level: int = -3  #: a deviation of 10^level of the stroke is visible in the drawing
+    level: int = -3  #: decimal exponent of deviation over stroke: large enough to be visible in the drawing
     transmission: int = 35  #: minimum transmission angle, if there is such a guide [deg]
 
 
@@ -30,7 +30,7 @@ class Plate:
 
     name: str  #: name of the guide in addresses
     title: str
-    line: str  #: proportions of a guide, families of a series
+    line: str  #: proportions of a guide; families of a series
     text: str  #: place in the theory
     source: str
     drawing: Markup

@@ -23,7 +23,7 @@ HOSTS = ["localhost", "127.0.0.1", "[::1]"]
 TOKEN = "token"  # nosec B105  # a name, no secret
 #: Longest address [characters]: the form with every field filled in takes about 2,000.
 MAX_ADDRESS = 8000
-#: Values of Sec-Fetch-Site for requests of no foreign page; older browsers send none.
+#: Values of Sec-Fetch-Site for requests that come from no foreign page; older browsers send none.
 OWN = ("same-origin", "none", "")
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; "

@@ -14,7 +14,7 @@ from .application import application
 from .guard import TOKEN
 from .wish import Form
 
-#: Most simultaneous connections: a browser opens six for each of its windows.
+#: Largest number of simultaneous connections: a browser opens six for each of its windows.
 MAX_CONNECTIONS = 64
 
 
@@ -35,7 +35,7 @@ def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser:
     except ImportError as error:
         raise MissingExtra('the page needs uvicorn: pip install "mechanism-catalogue[web]"') from error
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listening:
-        if os.name != "nt":  # on Windows this would share a port in use
+        if os.name != "nt":  # on Windows this option would share a port that is in use
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind(("127.0.0.1", port))

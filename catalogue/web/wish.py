@@ -24,17 +24,19 @@ from ..units import ASSUMED, MILLIMETRES
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
-#: Converts the name and options of a command to a request and the codes of its starts.
+#: Function that converts the name and options of a command to a request and the codes of its
+#: starts.
 Read = Callable[[str, dict[str, Any]], tuple[Request, tuple[str, ...]]]
 #: Options of the path.
 PATH = ("stroke", "deviation", "radius", "angle", "from", "to", "along")
-#: Options of the ranking that are no keywords of `Catalogue.find`.
+#: Options of the ranking that are not keywords of `Catalogue.find`.
 RANKING = ("pareto",)
 #: Keywords set by the page itself: it shows stored guides first, then refined ones.
 DECIDED = ("refine",)
-#: Names in an address besides fields: kind of path, unit of length, shortlist, stage of the search.
+#: Names in an address that are not fields: kind of path, unit of length, shortlist, stage of the
+#: search.
 BESIDES = ("path", "unit", "pick", "stage")
-#: Fields by group; all others are in the last one.
+#: Fields by group; all other fields are in the last group.
 GROUPS = {
     "Path": PATH,
     "Kind": ("family", "series", "configuration", "order", "pins_only", "slots", "returns"),
@@ -43,22 +45,22 @@ GROUPS = {
     "Drive": (*(row.name for row in TRANSMISSIONS), "full_rotation", *DRIVE),
     "Choice": (),
 }
-#: Fields before the groups: those asked most.
+#: Fields before the groups: the most frequent ones.
 FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
 #: Upper bounds of fields that lengthen a search: with both a search takes about 15 s.
 MOST = {"effort": 4, "limit": 48}
 
 
 class FormLimits(NamedTuple):
-    """Limits of what a form may ask."""
+    """Limits of the values of a form."""
 
     #: Longest value of a field [characters]: `max_corners` corners of 25 characters, and some
-    #: more.
+    #: reserve.
     longest: int = 2000
-    #: Most keep-out zones: a search tests each link against each side in every pose.
+    #: Largest number of keep-out zones: a search tests each link against each side in every pose.
     max_zones: int = 12
-    max_corners: int = 60  #: most corners of all zones, for the time of these tests
-    max_values: int = 40  #: most values of a field that may be repeated: more than there are series
+    max_corners: int = 60  #: largest number of corners of all zones, which bounds the time of these tests
+    max_values: int = 40  #: largest number of values of a field that may be repeated: more than there are series
 
 
 FORM = FormLimits()

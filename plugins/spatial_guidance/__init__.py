@@ -1,7 +1,7 @@
 """Bodies guided in space by points on surfaces and curves, as a collection.
 
 Mangeron, Oğuztöreli, Plitea 1970.  Guides and kinematics are those of `catalogue.spatial`;
-``collection.definition.COLLECTION``, imported on demand, draws, measures, classifies and plots.
+``collection.definition.COLLECTION``, imported on demand, samples, measures, classifies and plots.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Class and special cases of a spatial guidance mechanism.
 
-``planar``: three points of the body, not on one line, stay in planes normal to one direction (on
-circles about it, on lines and planes across it), so that the body moves parallel to them.
+``planar``: three points of the body, not on one line, stay in planes normal to one direction, on
+circles about it or on lines and planes across it, so that the body moves parallel to these planes.
 ``spherical``: three such points keep their distance from a fixed point, which may be a point of the
 body on three surfaces.
 """
@@ -19,8 +19,8 @@ from catalogue.spatial import matrix
 
 from .plain_data import strokes
 
-#: Directions are one if the sine of their angle is less, points if they are nearer [diameters of
-#: the body].
+#: Sine of an angle below which directions coincide, and distance below which points do [diameters
+#: of the body].
 ONE = 1e-9
 #: Well-known mechanisms by their kinds of guides, sorted.
 NAMED: dict[tuple[str, ...], str] = {
@@ -65,7 +65,7 @@ def _axes(m: Any) -> Array:
 
 
 def planar(kinds: list[str], body: Array, axes: Array, size: float) -> bool:
-    """Return whether three points stay in planes normal to one direction."""
+    """Tell whether three points stay in planes normal to one direction."""
     flat = [i for i, k in enumerate(kinds) if k in ("circle", "plane")]
     lines = [i for i, k in enumerate(kinds) if k == "line"]
     for normal in axes[flat]:
@@ -77,9 +77,9 @@ def planar(kinds: list[str], body: Array, axes: Array, size: float) -> bool:
 
 
 def spherical(kinds: list[str], body: Array, axes: Array, origins: Array, series: str, size: float) -> bool:
-    """Return whether three points keep their distance from one point."""
+    """Tell whether three points keep their distance from a fixed point."""
     if "3" in series.partition(".")[2]:
-        return True  # a point on three surfaces stands still
+        return True  # a point on three surfaces is fixed
     held = [i for i, k in enumerate(kinds) if k in ("circle", "sphere")]
     for some in combinations(held, 3):
         # the point is on the axis of each circle, and at the centre of each sphere
@@ -93,7 +93,7 @@ def spherical(kinds: list[str], body: Array, axes: Array, origins: Array, series
 
 
 def _spread(points: Array, size: float) -> bool:
-    """Return whether three of the points are not on a line."""
+    """Tell whether three of the points are not on a line."""
     if len(points) < 3:
         return False
     return bool(np.linalg.svd(points - points.mean(0), compute_uv=False)[1] > ONE * size)

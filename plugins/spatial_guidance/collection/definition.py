@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plot(piece: CollectionCandidate, file: Path | None) -> Any:
-    """Draw a piece; see `picture`."""
+    """Draw a mechanism; see `picture`."""
     from .picture import picture
 
     return picture(piece, file)

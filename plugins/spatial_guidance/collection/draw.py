@@ -1,10 +1,10 @@
-"""Draw random mechanisms, assembled by construction, and find what their bodies guide.
+"""Sample random mechanisms, assembled by construction, and find what their bodies guide.
 
-The body and its pose come first; each guide is then laid through its point.  Half of the mechanisms
-have guides of well-known kinds, the others any.  In some, points of the body coincide, so that the
-smaller series are drawn as degenerations of the larger ones.  The first driver is an angle; two and
-three drivers go along a straight path, in a random ratio, so that every specimen has one degree of
-freedom left.
+The body and its pose come first; each guide is then placed through its point. Half of the
+mechanisms have guides of well-known kinds, the others guides of any kind. In some, points of the
+body coincide, so that the smaller series are sampled as degenerations of the larger ones. The first
+driver is an angle; two and three drivers move along a straight path, in a random ratio, so that
+every specimen has one degree of freedom left.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .straightest_point import GAPS, POINT_SEARCH, WINDOWS, best
 
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
-#: Guides of each class, curves first (c) and then surfaces (s), and its degrees of freedom.
+#: Guides of each class, curves (c) before surfaces (s), and its degrees of freedom.
 CLASSES = {
     "I": ("sssss", 1),
     "II": ("csss", 1),
@@ -47,7 +47,7 @@ KNOWN: dict[str, tuple[tuple[str, ...], ...]] = {
     "V": (("circle", "sphere", "sphere"), ("circle", "plane", "plane")),
     "VI": (("sphere",) * 3, ("plane",) * 3),
 }
-#: Points that coincide with an earlier one: (later, earlier), by the series that this makes.
+#: Points that coincide with an earlier one, as (later, earlier), by the resulting series.
 COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
     "I": {"1.11111": (), "1.2111": ((2, 1),), "1.221": ((2, 1), (4, 3)), "1.311": ((2, 1), (3, 1))},
     "II": {"1.2111": (), "1.221": ((2, 1),)},
@@ -59,14 +59,15 @@ COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
 
 
 class Drawing(NamedTuple):
-    """How mechanisms are driven, and which strokes are stored."""
+    """Limits of the drives, and of the stored strokes."""
 
     farthest: float = 2.5  #: range of the first driver either way [rad]
-    margin: float = 0.04  #: part of a motion that is left out at either end
+    margin: float = 0.04  #: part of a motion that is omitted at either end
     deviation: float = 0.05  #: largest deviation [strokes]
     condition: float = 1000.0  #: largest condition number of the position equations
     size: float = 30.0  #: largest size [strokes]
-    #: Deviation up to which a guide leads the point exactly, or nearly so [strokes].
+    #: Deviation below which the guided curve is trivial: a guide leads the point along it, exactly
+    #: or nearly so [strokes].
     trivial: float = 1e-6
 
 
@@ -108,7 +109,7 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
     n = len(m)
     rotation = np.moveaxis(matrix(positions.quaternion.T), 2, 0).reshape(n, -1, 3, 3)
     translation = positions.translation.reshape(n, -1, 3)
-    found: list[tuple[Array, ...]] = []  # mechanism, point, first and last node, and whether a circle
+    found: list[tuple[Array, ...]] = []  # mechanism, point, first and last node, and whether the curve is a circle
     for circles, kind in enumerate(GAPS):
         tried = best(rotation, translation, kind, m.body.mean(1), m.diameter, led(m, kind), flat)
         for (length, _), (point, first, gap) in zip(WINDOWS, tried, strict=True):
@@ -128,9 +129,9 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
 
 
 def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
-    """Make specimens of the strokes that guide well enough.
+    """Make specimens of the strokes whose deviation and metrics are within the limits.
 
-    They run from (0, 0, 0) to (1, 0, 0).
+    Their paths run from (0, 0, 0) to (1, 0, 0).
     """
     fit = fitted(motion, kind)
     values = numbers(given, motion, fit)
@@ -156,7 +157,7 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
 
 
 def led(m: Mechanisms, kind: str) -> Array:
-    """Return the points of the bodies that guides may lead exactly along such a curve.
+    """Return the body points that guides may lead exactly along a line or circle.
 
     Shape (n, p, 3); NaN for the other points.
     """
@@ -172,7 +173,7 @@ def led(m: Mechanisms, kind: str) -> Array:
 
 
 def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanisms, Array, Array]:
-    """Draw n random mechanisms of a class.
+    """Sample n random mechanisms of a class.
 
     Returns
     -------
@@ -207,9 +208,9 @@ def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanism
 
 
 def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> tuple[Guides, Array]:
-    """Lay guides of given kinds through points x (n, 3).
+    """Place guides of given kinds through points x (n, 3).
 
-    Returns the guides and the coordinates (n, 2) of the points on them.
+    Return the guides and the coordinates (n, 2) of the points on them.
     """
     n = len(kinds)
     p = np.exp(rng.uniform(np.log(0.3), np.log(2.0), (n, 2)))
@@ -226,10 +227,7 @@ def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> t
 
 
 def _about(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
-    """Change guides of the mask `where`: points x keep their distance from a point.
-
-    `at` is changed in place.
-    """
+    """Change guides of the mask `where`: points x then keep their distance from a point."""
     shape, origin, turn = made.parameters.copy(), made.origin.copy(), made.quaternion.copy()
     axis = unit(rng.normal(size=x.shape))
     for kind, index, _ in made.each():

@@ -2,7 +2,7 @@
 
 The motion is followed at Chebyshev points of the drivers' path.  Between these nodes the
 interpolating polynomial is evaluated at four times as many points, which gives the largest distance
-to about 1e-3 of itself.
+with a relative error of about 1e-3.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .plain_data import Strokes, alike, plain, strokes
 
 
 class Resolution(NamedTuple):
-    """How finely a stroke is followed."""
+    """Grid of a stroke, and its permitted errors."""
 
     #: Intervals between the nodes; the interpolant is evaluated at four times as many points.
     nodes: int = 48
@@ -47,18 +47,18 @@ METRICS = {
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Strokes that were followed: poses at the nodes, the path at the fine points.
+    """Motion along strokes: poses at the nodes, the path at the fine points.
 
     Attributes
     ----------
     reason : ndarray of str, shape (n,)
-        Why the end was not reached; empty if it was.
+        Reason why the end was not reached; else empty.
     rotation : ndarray, shape (n, s, 3, 3)
     points : ndarray, shape (n, s, p, 3)
     condition : ndarray, shape (n,)
     path : ndarray, shape (n, f, 3)
     missed : ndarray, shape (n,)
-        Bound on what the interpolated path misses.
+        Bound on the error of the interpolated path.
     """
 
     reason: Array
@@ -73,7 +73,7 @@ class Motion:
 
 
 def run(given: Strokes) -> Motion:
-    """Follow the strokes from end to end, in diameters of the body."""
+    """Follow the strokes from end to end; lengths are in diameters of the body."""
     n, at, size = len(given), grid(RESOLUTION.nodes), given.mechanisms.diameter
     given = given.moved(1 / size, np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)))
     share = 0.5 * (1 + at.nodes)[:, None]
@@ -106,12 +106,12 @@ def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
 
 
 def known(motion: Motion, fit: Fit) -> Array:
-    """Return where the nodes determine the path well enough, shape (n,)."""
+    """Tell where the nodes determine the path well enough, shape (n,)."""
     return np.asarray(motion.missed <= RESOLUTION.missed * fit.deviation + RESOLUTION.rounding * fit.stroke)
 
 
 def numbers(given: Strokes, motion: Motion, fit: Fit) -> dict[str, Array]:
-    """Return all metrics, shape (n,) each; lengths as the mechanism has them."""
+    """Return all metrics, shape (n,) each; lengths are in the unit of the mechanism."""
     turn, every = motion.rotation[:, ::4], motion.points[:, ::4]
     cosine = 0.5 * (np.einsum("naij,nbij->nab", turn, turn) - 1)
     swept = np.concatenate([every.reshape(len(every), -1, 3), motion.path[:, ::16]], axis=1)
@@ -162,7 +162,7 @@ def measure(parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> li
 
 
 def _measured(given: Strokes, request: PathRequest) -> list[Measured]:
-    """Place by a first run, measure by a second."""
+    """Place mechanisms by a first run, and measure them in a second."""
     wanted = request.sweep
     first = run(given)
     sound = np.flatnonzero(first.reason == "")

@@ -7,8 +7,8 @@ In the frame of a line or circle nearby a distance is, to first order, the modul
 components, each less a combination of known functions: 1 and the abscissa for both components of
 the distance from a line; 1, cos and sin of the angle about the axis for the radial and the axial
 component of that from a circle.  Lawson's iteration (weights grow with the distance) finds the best
-combinations of both together; then the frame is renewed.  The weighted mean square never exceeds
-the least maximum (duality) and bounds the error of the result.
+combinations for both components together; then the frame is updated.  The weighted mean square
+never exceeds the least maximum (duality) and bounds the error of the result.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from catalogue.plugin import Array
 
 
 class Lawson(NamedTuple):
-    """How far Lawson's iteration goes."""
+    """Limits of Lawson's iteration."""
 
     tight: float = 1e-3  #: gap between modulus and lower bound in the last frame
-    loose: float = 0.01  #: the gap in the frames before it
-    steps: int = 400  #: most steps
-    line_frames: int = 3  #: frames of a line, one after the other
-    circle_frames: int = 4  #: frames of a circle
+    loose: float = 0.01  #: gap in the frames before the last one
+    steps: int = 400  #: largest number of steps
+    line_frames: int = 3  #: number of successive frames of a line
+    circle_frames: int = 4  #: number of successive frames of a circle
 
 
 LAWSON = Lawson()
@@ -43,18 +43,18 @@ class Fit:
     deviation : ndarray, shape (n,)
         Largest distance of the path.
     bound : ndarray, shape (n,)
-        No line (circle) nearby has a smaller one, to first order.
+        Lower bound, to first order, of the largest distance from any line or circle nearby.
     stroke : ndarray, shape (n,)
         Distance of the ends, along the line or as a chord.
     radius : ndarray, shape (n,)
-        Infinite for a line.
+        Radius; infinite for a line.
     start : ndarray, shape (n, 3)
-        Where the stroke begins: the foot of the first point on the line; that point itself for a
-        circle.
+        Start of the stroke: the foot of the first point on the line; for a circle that point
+        itself.
     axes : ndarray, shape (n, 3, 3)
-        Rows: along the stroke; to the side to which an arc bulges; the third.
+        Rows: the direction of the stroke; the direction in which an arc bulges; the third axis.
     centre, normal : ndarray, shape (n, 3)
-        Of a circle and its plane; NaN for a line.
+        Centre of the circle and normal of its plane; NaN for a line.
     """
 
     deviation: Array
@@ -109,7 +109,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             high = np.maximum((1 - cos).max(1), 1e-24)[:, None]
             basis = np.stack([ones, sin / wide, (1 - cos) / high], axis=1)
             radial = basis.copy()
-            if radius is not None:  # the radius stays: no constant, but the cosine itself
+            if radius is not None:  # for a given radius the cosine takes the place of the constant
                 radial[:, 0], radial[:, 2] = cos, 0
             off = np.stack([rho - r[:, None], h], axis=1)
             c, bound = lawson(off, np.stack([radial, basis], axis=1), LAWSON.tight if final else LAWSON.loose)
@@ -137,7 +137,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
 
 
 def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
-    """Find the best approximations of values by a basis: least largest modulus of two errors.
+    """Find the best approximations by a basis: minimise the largest modulus of two errors.
 
     Parameters
     ----------
@@ -161,7 +161,8 @@ def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
         y, f, w = values[who], basis[who], weight[who]
         weighted = f * w[:, None, None]
         normal = weighted @ np.swapaxes(f, 2, 3)
-        normal += 1e-15 * np.trace(normal, axis1=2, axis2=3)[..., None, None] * eye  # a function may vanish
+        # a function of the basis may vanish
+        normal += 1e-15 * np.trace(normal, axis1=2, axis2=3)[..., None, None] * eye
         c = np.linalg.solve(normal, weighted @ y[..., None])[..., 0]
         error = np.sqrt(((y - (c[:, :, None] @ f)[:, :, 0]) ** 2).sum(1))
         worst = error.max(1)
@@ -191,12 +192,12 @@ def unit(v: Array) -> Array:
 
 
 def across(v: Array) -> Array:
-    """Return a vector across each (n, 3)."""
+    """Return a unit vector perpendicular to each (n, 3)."""
     return np.cross(v, np.eye(3)[np.abs(v).argmin(1)])
 
 
 def frame(along: Array, side: Array) -> Array:
-    """Return axes (n, 3, 3): the first along, the second as near to a side as can be."""
+    """Return axes (n, 3, 3): the first along, the second as close to `side` as possible."""
     second = unit(side - (side * along).sum(1, keepdims=True) * along)
     return np.stack([along, second, np.cross(along, second)], axis=1)
 
@@ -204,8 +205,8 @@ def frame(along: Array, side: Array) -> Array:
 def _about(x: Array, centre: Array, normal: Array, middle: Array) -> tuple[Array, Array, Array, Array, Array]:
     """Compute cylindrical coordinates of paths about an axis.
 
-    Returns the distance from the axis, height, cosine and sine of the angle from the middle, and
-    the axes (n, 2, 3).
+    Return the distance from the axis, height, cosine and sine of the angle from the middle, and the
+    axes (n, 2, 3).
     """
     out = middle - centre
     e = unit(out - (out * normal).sum(1, keepdims=True) * normal)

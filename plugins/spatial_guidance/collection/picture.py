@@ -1,7 +1,7 @@
 """Draw a guided body in space.
 
-Guides are translucent; the body is drawn in mid-stroke, as ghosts at the ends, with the path of its
-point.
+Guides are translucent. The body is drawn in mid-stroke and, as ghosts, at the ends, with the path
+of its point.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class View(NamedTuple):
     """Extent and resolution of a drawing."""
 
-    nodes: int = 41  #: nodes of the motion
-    mesh: int = 25  #: points of a patch along each coordinate
+    nodes: int = 41  #: number of nodes of the motion
+    mesh: int = 25  #: number of points of a patch along each coordinate
     beyond: float = 0.35  #: angle of a patch beyond the path of its point [rad]
     further: float = 0.12  #: length of a patch beyond the path of its point [sizes of the drawing]
     longer: float = 0.15  #: length of the nominal beyond either end of the path [paths]
@@ -36,7 +36,7 @@ VIEW = View()
 
 #: Height of the point of view [deg].
 ELEVATION = 24
-#: Directions of view that are tried [deg].
+#: Trial directions of view [deg].
 AZIMUTHS = range(-100, 101, 5)
 INK = "#222222"
 BODY = "#2f5d8a"
@@ -46,7 +46,7 @@ SURFACES = ("#c9a227", "#8a6fb0", "#5b9aa0", "#c07a4a", "#7d9b5a")
 
 
 def picture(piece: CollectionCandidate, file: Path | None) -> Any:
-    """Draw a piece in three dimensions, in its own frame: the stroke from the origin along x.
+    """Draw a mechanism in three dimensions, in its own frame: the stroke from the origin along x.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def _guides(ax: Any, given: Strokes, coordinates: Array, size: float) -> None:
             ax.plot(*(origin[:, None] + frame @ points), color=CURVE, lw=1.6, zorder=3)
         else:
             sides = [_reach(_unbroken(passed[:, axis], kind, axis), kind, axis, size) for axis in (0, 1)]
-            if kind.name == "plane":  # its chart has a pole: a rectangle looks better than a sector
+            if kind.name == "plane":  # the chart of a plane has a pole: a rectangle looks better than a sector
                 sides, kind = _rectangle(passed, size)
             u, w = (v.ravel() for v in np.meshgrid(*(np.linspace(*e, VIEW.mesh) for e in sides)))
             x = (origin[:, None] + frame @ _points(kind, u, w, p)).reshape(3, VIEW.mesh, VIEW.mesh)
@@ -118,8 +118,8 @@ def _guides(ax: Any, given: Strokes, coordinates: Array, size: float) -> None:
 
 
 def _azimuth(given: Strokes, coordinates: Array) -> float:
-    """Return from where neither the stroke nor any surface is seen from its edge."""
-    edges = [np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])]  # across the stroke
+    """Return a direction of view in which neither the stroke nor any surface is seen edge-on."""
+    edges = [np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])]  # perpendicular to the stroke
     for g, (u, w) in zip(given.mechanisms.guides, coordinates, strict=True):
         kind, p = g.kinds[0], g.parameters[:1].T
         if kind.conditions == 1:
@@ -155,7 +155,7 @@ def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], K
 
 
 def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
-    """Draw the body as all edges between its points and to the guided one."""
+    """Draw the body as all edges between its points and to the guided point."""
     from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]  # it ships no types
 
     n = len(points)

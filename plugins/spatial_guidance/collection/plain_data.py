@@ -7,9 +7,9 @@
      z]}, ...], "drivers": [[point, "u"], ...], "path": [[value, ...], [value, ...]], "start": [[u,
      w or null], ...], "point": [x, y, z]}
 
-``point`` is the guided one, in the body like the others; ``path`` are the values of the drivers at
-both ends of the stroke, between which they go straight; ``start`` are the coordinates of all points
-on their guides at the first end.
+``point`` is the guided point, in the frame of the body; ``path`` are the values of the drivers at
+both ends of the stroke, linear in between; ``start`` are the coordinates of all points on their
+guides at the first end.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Strokes:
 
 
 def plain(strokes: Strokes) -> list[dict[str, Any]]:
-    """Return each as plain data."""
+    """Convert each mechanism to plain data."""
     m, out = strokes.mechanisms, []
     for j in range(len(m)):
         guides = []
@@ -96,7 +96,7 @@ def plain(strokes: Strokes) -> list[dict[str, Any]]:
 
 
 def alike(parameters: Sequence[Mapping[str, Any]]) -> list[Array]:
-    """Return the indices of those that can be computed together: of one class and driven alike."""
+    """Return groups of indices of mechanisms of one class with the same drivers."""
     groups: dict[Any, list[int]] = {}
     for j, p in enumerate(parameters):
         curves = tuple(KINDS[g["kind"]].conditions for g in p["guides"])
@@ -105,7 +105,7 @@ def alike(parameters: Sequence[Mapping[str, Any]]) -> list[Array]:
 
 
 def strokes(parameters: Sequence[Mapping[str, Any]]) -> Strokes:
-    """Return plain data of one class, driven alike, as arrays.
+    """Convert plain data of one class with the same drivers to arrays.
 
     Raises
     ------

@@ -24,25 +24,25 @@ Parameters = Mapping[str, Any]
 
 
 class Descent(NamedTuple):
-    """Steps of the refinement, and what a refined mechanism must keep."""
+    """Steps of the refinement, and limits of a refined mechanism."""
 
-    steps: int = 8  #: most steps
-    little: float = 0.03  #: relative reduction of the deviation below which a step is the last
-    difference: float = 1e-6  #: displacement for differences [sizes of the body]
+    steps: int = 8  #: largest number of steps
+    little: float = 0.03  #: relative reduction of the deviation below which a step is the last one
+    difference: float = 1e-6  #: step of finite differences [sizes of the body]
     farthest: float = 0.3  #: longest displacement of a step [sizes of the body]
     size: float = 1.05  #: largest size over the first
     condition: float = 2.0  #: largest condition number over the first
     range: float = 0.9  #: least range of the drive over the first
-    exact: float = 1e-9  #: deviation below which there is nothing to gain [strokes]
+    exact: float = 1e-9  #: deviation below which refinement gains nothing [strokes]
 
 
 DESCENT = Descent()
-#: Dampings tried at once.
+#: Dampings tried in each step.
 DAMPINGS = 10.0 ** np.arange(-8, 1)
 
 
 def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Parameters]:
-    """Reduce the deviation of mechanisms from the request; unchanged where that fails."""
+    """Reduce the deviation of mechanisms from the request; keep those for which that fails."""
     out = list(parameters)
     for index in alike(parameters):
         for i, p in zip(index, _refined([parameters[i] for i in index], request), strict=True):
@@ -51,11 +51,12 @@ def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Param
 
 
 def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
-    """Refine mechanisms of one class, driven alike, together."""
+    """Refine mechanisms of one class with the same drivers together."""
     first = measure(given, request)
     now, best, tags = list(given), list(first), [classify(p) for p in given]
     motion = run(strokes(given))
-    # Points go where their guides go, so that the pose in which the stroke begins stays what it is.
+    # Points move together with their guides, so that the pose at the start of the stroke is
+    # unchanged.
     turns, sizes = motion.rotation[:, 0], strokes(given).mechanisms.diameter
     open_ = [i for i, m in enumerate(first) if not m.reason and m.deviation > DESCENT.exact * request.stroke]
     for _ in range(DESCENT.steps):
@@ -94,7 +95,7 @@ def _same(one: Any, other: Any) -> bool:
 def _tried(
     given: list[tuple[Parameters, Array, float]], request: PathRequest
 ) -> list[list[tuple[Measured, Parameters]]]:
-    """Measure the mechanisms to which steps of each damping lead.
+    """Measure the mechanisms that result from steps of each damping.
 
     `given` are mechanisms, each with its turn and size; the result has a list of pairs for each.
     """
@@ -117,7 +118,7 @@ def _tried(
 
 
 def _steps(motion: Motion, request: PathRequest) -> list[Array]:
-    """Compute the step of each damping from differences of the motion by each variable."""
+    """Compute the step of each damping, by finite differences of the motion."""
     chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
     off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))
     u, s, v = np.linalg.svd(((off[1:] - off[0]) / DESCENT.difference).T, full_matrices=False)

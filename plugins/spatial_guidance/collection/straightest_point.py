@@ -1,7 +1,8 @@
 """Find the point of a moving body with the straightest, or most circular, path.
 
-A point's path is an affine function of the poses.  All points of a grid in the body are tried over
-all windows of the motion at once; a compass search moves the best of each length of window.
+A point's path is an affine function of the poses.  All points of a grid in the body are evaluated
+over all windows of the motion at once; a compass search improves the best point for each length of
+window.
 """
 
 from __future__ import annotations
@@ -17,25 +18,25 @@ from .minimum_zone import through
 
 
 class PointSearch(NamedTuple):
-    """Trial points of a body and windows of its motion."""
+    """Trial points of a body, and trial windows of its motion."""
 
-    whole: int = 48  #: intervals between the poses of the motion
-    part: int = 12  #: intervals of a window that are read
-    side: int = 5  #: points of the grid along each axis
+    whole: int = 48  #: number of intervals between the poses of the motion
+    part: int = 12  #: number of sampled intervals of a window
+    side: int = 5  #: number of points of the grid along each axis
     width: float = 2.0  #: width of the grid [sizes of the body]
     farthest: float = 2.0  #: largest distance of a point from the middle [sizes of the body]
-    steps: int = 48  #: steps of the compass search; one without gain halves the length
+    steps: int = 48  #: number of steps of the compass search; a step without gain halves the length
     least_stroke: float = 0.1  #: least stroke [sizes of the body]
     flattest: float = 0.25  #: least stroke over radius
     fullest: float = 1.8  #: largest stroke over radius
-    #: Least distance from a point that a guide leads exactly [sizes of the body]: a nearer one
-    #: would need a slide or a crank only.
+    #: Least distance from a point that a guide leads exactly [sizes of the body]: a nearer point
+    #: would need only a slide or a crank.
     clearance: float = 0.25
 
 
 POINT_SEARCH = PointSearch()
 
-#: Length of windows in nodes, and the distance between their beginnings.
+#: Length of windows, and distance between their starts [nodes].
 WINDOWS = ((48, 48), (24, 6), (12, 6))
 
 Gap = Callable[[Array], Array]
@@ -44,7 +45,7 @@ Gap = Callable[[Array], Array]
 def line_gap(x: Array) -> Array:
     """Compute the distance of paths x (..., k, 3) from a line nearby [strokes].
 
-    Infinite where a path turns back.
+    The distance is infinite where a path turns back.
     """
     with np.errstate(all="ignore"):
         chord = x[..., -1, :] - x[..., 0, :]
@@ -61,7 +62,7 @@ def line_gap(x: Array) -> Array:
 def circle_gap(x: Array) -> Array:
     """Compute the distance of paths x (..., k, 3) from a circle nearby [strokes].
 
-    It is the circle through ends and middle; infinite where a path turns back.
+    The circle passes through ends and middle; the distance is infinite where a path turns back.
     """
     with np.errstate(all="ignore"):
         chord = x[..., -1, :] - x[..., 0, :]
@@ -95,12 +96,12 @@ def best(
     kind : str
         ``line`` or ``circle``.
     centre, size : ndarray, shape (n, 3), (n,)
-        Of the body.
+        Middle and size of the body.
     barred : ndarray, shape (n, p, 3)
         Points of the body that guides lead exactly; NaN for none.
     flat : ndarray, shape (n,)
-        Where the body moves parallel to the plane z = 0: there all points above and below are
-        barred too.
+        Whether the body moves parallel to the plane z = 0: then all points above and below barred
+        ones are barred too.
 
     Returns
     -------
@@ -121,7 +122,7 @@ def best(
         return np.asarray(~(near.any(-1) | out))
 
     def judged(points: Array, r: Array, t: Array) -> Array:
-        """Gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""
+        """Compute the gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""
         x = t[:, None] + np.einsum("nkij,nmj->nmki", r, points)
         stroke = np.sqrt(((x[:, :, -1] - x[:, :, 0]) ** 2).sum(-1))
         return np.where(fair(points) & (stroke > POINT_SEARCH.least_stroke * size[:, None]), gap(x), np.inf)
