@@ -44,7 +44,12 @@ def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> C
 
 
 def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> CandidateBatch:
-    """Round the lengths of candidates to multiples of a step [strokes], and place them again."""
+    """Round the lengths of candidates to multiples of a step [strokes], and place them again.
+
+    Rounding moves the straightest stretch of a path. Each rounded linkage is placed where it was
+    and on the best stretches of its circuit; the feasible placement of least deviation is kept.
+    Linkages without round lengths nearby are left out.
+    """
     linkage, point, made = rounded(found.linkage, found.point, step)
     origin, pole = take(found.origin, made), found.pole[made]
     row = np.arange(len(point))

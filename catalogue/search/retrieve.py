@@ -57,7 +57,7 @@ SAME_START = (0.15, 0.12)
 #: Allowance of a typical stored guide without deviation [requested tolerances].
 TYPICAL_ALLOWANCE = 4.0
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
-FLAT = 0.05
+MAX_SAGITTA = 0.05
 #: Largest file whose seal is checked before a search [bytes]: checking a larger one takes longer
 #: than the search.
 MAX_CHECKED_SIZE = 100_000_000
@@ -215,7 +215,7 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
     See `candidates.feasibility.values`.
     """
     shorter = 1 / stretch
-    deviation = np.maximum(reaches.deviation, 1e-12) * stretch**GROWTH / problem.deviation
+    deviation = np.maximum(reaches.deviation, 1e-12) * stretch**STROKE_EXPONENT / problem.deviation
     values = {
         "deviation": deviation,
         "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
@@ -288,8 +288,8 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
     order = order[np.sort(np.unique(reaches.guide[order], return_index=True)[1])]
     if skip is not None and len(skip):
         order = order[~np.isin(reaches.guide[order], skip)]
-    size = np.floor(np.log(reaches["size"][order]) / CELL[0]).astype(int)
-    angle = np.floor(reaches["min_transmission"][order] / 90 / CELL[1]).astype(int)
+    size = np.floor(np.log(reaches["size"][order]) / SAME_START[0]).astype(int)
+    angle = np.floor(reaches["min_transmission"][order] / 90 / SAME_START[1]).astype(int)
     series, family = reaches.series_number[order], reaches.family_number[order]
     repeated = ranks(series, family, size, angle)  # number of similar reaches before each
     by = np.argsort(repeated, kind="stable")
