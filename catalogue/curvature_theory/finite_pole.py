@@ -48,7 +48,7 @@ class PoleRounding(NamedTuple):
 
     #: reciprocal of the distance beyond which a point is at infinity [1/rho0]
     infinite: float = 2e-15
-    cancelled: float = 0.03  #: value over its largest term below which kappa + V has cancelled
+    cancelled: float = 0.03  #: ratio of kappa + V to its largest term below which too many digits have cancelled
     #: Largest value, in its natural unit, that counts as zero where it would be a divisor.
     vanishing: float = 1e-11
 

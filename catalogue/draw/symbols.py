@@ -24,7 +24,7 @@ class SymbolSizes(NamedTuple):
 
 SYMBOL = SymbolSizes()
 
-#: Layer above which symbols are solid: a name must not cover them.
+#: Drawing layer from which on a symbol is solid, so that no name may cover it.
 SOLID = 3.0
 #: Half the length and half the width of a block [point].
 BLOCK = (13.0, 7.5)

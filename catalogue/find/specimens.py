@@ -433,7 +433,7 @@ class _Search:
         return found
 
     def refined(self, found: list[CollectionCandidate]) -> list[CollectionCandidate | None]:
-        """Refine answers within the request to a smaller deviation; None where none is found."""
+        """Refine answers to smaller deviations that still meet the request; None for failures."""
         assert self.collection.refine is not None  # checked by the caller
         with asked(self.collection, "refined"):
             moved = list(self.collection.refine([deepcopy(c.parameters) for c in found], self.request))

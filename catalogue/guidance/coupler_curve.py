@@ -32,8 +32,8 @@ class CurveOptions(NamedTuple):
     tolerance: float = 1e-13  #: relative accuracy of windows [extents]
     few: int = 12  #: number of iterations that find nearly all ends of windows
     many: int = 40  #: number of iterations after which other ends are given up
-    #: Factor of the score of a chart that covers the required extent: larger than the ratio of the
-    #: roots of any two conditionings.
+    #: Factor that prefers charts which cover the required extent, in their score: it exceeds any
+    #: ratio of the other factor, the root of the conditioning.
     first: float = 1e3
     #: Number of successive parabolas that locate the turning point of a path: 98 of 100 paths then
     #: end within 1e-4 of their extent.

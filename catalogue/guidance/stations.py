@@ -26,7 +26,7 @@ from .sensitivity import PoseJacobian, jacobian_at
 
 
 class StationOptions(NamedTuple):
-    """Options of the solution at stations along the nominal."""
+    """Options of Newton's method for poses at stations along the nominal."""
 
     #: First number of intervals between the stations: most deviations then have an error of a few
     #: per cent.

@@ -53,8 +53,8 @@ class QuickSearch(NamedTuple):
     #: Number of final rounds of moves, which leave an error of 4e-5 windows: 2e-4 of a deviation at
     #: a steep limit.
     last: int = 4
-    #: Factor of the largest move in the final rounds of a thorough search: with the stroke along
-    #: the best line instead of a chord, the best place changes.
+    #: Factor by which the moves grow again before the final rounds of a thorough search: there the
+    #: stroke is measured along the best line instead of a chord, which shifts the optimum.
     again: int = 4
     #: Largest final move of a quick search [windows]: about a piece, as of two plateaus of nearly
     #: equal deviation the lower one may be narrow.

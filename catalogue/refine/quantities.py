@@ -392,7 +392,7 @@ class Quantities:
         return there, np.where(slot[:, None], turned, slope)
 
     def _uniformity(self) -> Pieces:
-        """Minus the speeds of the guided point at the stations, over the largest."""
+        """Return minus the speeds of the guided point at the stations, over the largest speed."""
         from .driving import Driving
 
         return Driving(self).uniformity()
