@@ -25,8 +25,8 @@ class CuspedZone(NamedTuple):
     steps: int = 12  #: largest number of least-squares steps for the radius
     exchanges: int = 8  #: largest number of exchanges for a given radius
     at_rest: float = 1e-12  #: step at which the iteration has converged [strokes]
-    #: Largest growth of the largest distance after the last exchange for which a circle is
-    #: returned.
+    #: Largest growth of the largest distance since the last exchange up to which a circle is
+    #: accepted.
     settled: float = 1.001
     #: Distance by which points of two branches are separated where they are equally far from the
     #: cusp [strokes].

@@ -16,7 +16,7 @@ from .trace import Traced, extended, trace
 
 
 class Placement(NamedTuple):
-    """Corrections of a window to the requested stroke."""
+    """Options of the corrections of a window to the requested stroke."""
 
     #: Deviation below which a guide is measured again in extended precision [strokes].
     fine: float = 1e-11

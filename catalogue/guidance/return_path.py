@@ -63,7 +63,7 @@ def lift(
 def distance(z: Complexes, nominal: Fit) -> Floats:
     """Compute signed distances of points (m, n) from lines and circles (n,), left positive."""
     w = (z - nominal.start) * nominal.along.conj() - 0.5 * nominal.stroke
-    # the place opposite the top of the arc, from which positions are measured, has none along it
+    # the place opposite the top of the arc, from which positions are measured, has no position
     with np.errstate(all="ignore"):
         return polar(w.real, w.imag - nominal.rise, nominal.curvature)[0]
 
