@@ -14,7 +14,6 @@ import io
 import math
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -39,16 +38,16 @@ N, NODES, ARC = 300, 200, 0.1
 FEW, FEWER = 3, 1
 #: What a last step may be (ours), and tolerances (scipy).
 OURS, THEIRS = (1e-4, 1e-6, 1e-8), (1e-4, 1e-8, 1e-12)
-#: Our ways: formulations, of the whole batch or of one mechanism after the other; by numpy, and the first by numba.
-MINE = [(f"{f}, {many}", f.split()[0], many == "batch", "numba" in f) for many in ("batch", "one mechanism")
-        for f in ("pose", "euler-angles", "distances", "pose by numba")]  # fmt: skip
+#: Our ways: of the whole batch, or of one mechanism after the other; by numpy, and by numba.
+MINE = [(f"{way}, {many}", many == "batch", "numba" in way) for many in ("batch", "one mechanism")
+        for way in ("numpy", "numba")]  # fmt: skip
 BEST = MINE[0][0]
 FIVE = "five-link axle"
 Array = np.ndarray[Any, Any]
 EXPLAINED = """\
-Random mechanisms of each class ({many}) that can move {arc} rad of every driver, along {nodes} positions.  `pose`,
-`euler-angles` and `distances` are the formulations of this solver, by numpy, and the first compiled by numba besides,
-warm: all mechanisms in one batch, or the first {few} of each class one after the other.  scipy solves the first {few}
+Random mechanisms of each class ({many}) that can move {arc} rad of every driver, along {nodes} positions.  The
+solver goes by numpy, or compiled by numba, warm: all mechanisms in one batch, or the first {few} of each class one
+after the other.  scipy solves the first {few}
 (root) and {fewer} (least_squares) of each class, from the last position, on the equations of the pose written for one
 mechanism in plain numpy.
 
@@ -216,7 +215,7 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
         solved = S.follow(m, path, start)
         shape = (len(m), NODES)
         quaternion = solved.positions.quaternion.reshape(*shape, 4)
-        free = np.moveaxis(solved.positions.state.free, 0, -1).reshape(*shape, -1)
+        free = solved.positions.state[4:].T.reshape(*shape, -1)
         unit, q = m.unit, path / np.moveaxis(S.driver_units(m), -1, 0)[:, None]
         exact = np.empty((FEW, NODES, 3, len(m.curves)))
         for i in range(FEW):
@@ -225,15 +224,14 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
                 rotation = S.matrix(quaternion[i, j][:, None])[..., 0]
                 exact[i, j] = refined(fine, lean, rotation, free[i, j], q[i, j])
         centre = np.stack([g.origin for g in m.guides])[m.drivers[0][0]]
-        for (way, formulation, batch, fast), last in product(MINE, OURS):
+        for (way, batch, fast), last in product(MINE, OURS):
             if fast and guided_compiled.kernel() is None:
                 continue
             S.newton_.LAST = S.filling_.LAST = last
             S.walk_.LIMITS, S.walk_.ACCURACY = LIMITS._replace(last=last), ACCURACY._replace(last=last)
-            mine = replace(m, formulation=formulation)
             some = [np.arange(len(m))] if batch else [np.array([i]) for i in range(FEW)]
             with mock.patch.object(guided_compiled, "WORTH", 0 if fast else np.inf):
-                ones = [(mine[i], path[i], start[i]) for i in some]
+                ones = [(m[i], path[i], start[i]) for i in some]
                 if fast:
                     S.follow(*ones[0])
                 begin = time.process_time()
@@ -354,8 +352,7 @@ def ratio(found: list[tuple[str, str, float, float, float]], name: str, way: str
     return best[0] / best[1]
 
 
-COLOURS = ("#0072b2", "#56b4e9", "#004466", "#000000", "#cc79a7", "#e8b6d2", "#7d3c62", "#666666",
-           "#d55e00", "#e69f00", "#009e73", "#999999")  # fmt: skip
+COLOURS = ("#0072b2", "#000000", "#cc79a7", "#666666", "#d55e00", "#e69f00", "#009e73", "#999999")
 
 
 def plot(found: list[tuple[str, str, float, float, float]], five: list[tuple[str, str, float, float, float]]) -> None:
@@ -371,7 +368,7 @@ def plot(found: list[tuple[str, str, float, float, float]], five: list[tuple[str
     for axes, name in zip(panels[:, :3].flat, CLASSES, strict=True):
         _draw(axes, f"class {name}", [v for v in found if v[0] == name], ways, COLOURS)
     own = list(dict.fromkeys(w for _, w, *_ in five))
-    _draw(panels[0, 3], FIVE, five, own, [*COLOURS[2:0:-1], *COLOURS[4:6], COLOURS[8]])
+    _draw(panels[0, 3], FIVE, five, own, COLOURS[:5])
     panels[0, 3].legend(fontsize=7, frameon=False, loc="upper left")
     panels[1, 3].axis("off")
     panels[1, 3].legend(
@@ -404,7 +401,7 @@ def main() -> None:
         counts = ", ".join(f"{k}: {v}" for k, v in many.items())
         print(EXPLAINED.format(many=counts, arc=ARC, nodes=NODES, few=FEW, fewer=FEWER))
         table(["way", "tolerance", *(f"class {k}" for k in CLASSES)], rows)
-        print("Times that scipy takes longer than the batch by the pose, both at an error below 1e-11 (target: 50):\n")
+        print("Times that scipy takes longer than the batch by numpy, both at an error below 1e-11 (target: 50):\n")
         table(
             ["way", *(f"class {k}" for k in CLASSES)],
             [[w, *(f"{ratio(found, k, w):.0f}" for k in CLASSES)] for w, *_ in WAYS],

@@ -16,7 +16,7 @@ GOLDEN = Path(__file__).with_name("golden.json")
 MODULES = {
     "geometry": ("kinds", "power_series", "rotation", "guides"),
     "continuation": ("elimination",),
-    "guided": ("mechanism", "unknowns", "equations", "newton", "series", "euler_angles", "distances",
+    "guided": ("mechanism", "unknowns", "equations", "newton", "series",
                "formulation", "position", "derivatives", "filling", "walk", "follow",
                "roots", "closed_form", "assemblies"),
 }  # fmt: skip

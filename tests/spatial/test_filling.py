@@ -11,6 +11,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from catalogue.spatial.continuation.curve import Traces
 from catalogue.spatial.guided import compiled
 
 Make = Callable[..., tuple[Any, Any]]
@@ -152,13 +153,13 @@ def test_wrong_interpolation_gives_no_wrong_position(
         pytest.skip("it interpolates by itself")
     m, start = make("I", 12)
     path = tools.driven(m, start)[:, None] + np.linspace(0, 0.4, 41)[:, None]
-    plain, call = spatial.follow(m, path, start), spatial.Pieces.__call__
+    plain, call = spatial.follow(m, path, start), Traces.between
 
-    def wrong(self: Any, piece: Any, s: Any, rows: slice = slice(None)) -> Any:
-        value, slope = call(self, piece, s, rows)
-        return value + (off * np.sin(50 * s) if rows == slice(None) else 0), slope
+    def wrong(self: Any, who: Any, value: Any) -> Any:
+        states, *others = call(self, who, value)
+        return states + off * np.sin(50 * value)[:, None], *others
 
-    with mock.patch.object(spatial.Pieces, "__call__", wrong):
+    with mock.patch.object(Traces, "between", wrong):
         found = spatial.follow(m, path, start)
     good = found.positions.success
     np.testing.assert_allclose(found.positions.points[good], plain.positions.points[good], atol=1e-12)

@@ -8,6 +8,9 @@ import numpy as np
 
 from ...kinematics.types import Array
 
+#: Change of the part of an interval [1] below which it is found: Newton's method corrects poses.
+NEAR = 1e-9
+
 
 class Limits(NamedTuple):
     """Control of the steps along a curve, lengths in radians and units."""
@@ -114,17 +117,23 @@ class Trace(NamedTuple):
         """Invert a monotonic drive: return arc lengths at given values."""
         direction = np.sign(self.drive[-1] - self.drive[0]) or 1.0
         i = np.clip(np.searchsorted(direction * self.drive, direction * value) - 1, 0, len(self.s) - 2)
-        h = self.s[i + 1] - self.s[i]
+        return np.asarray(self.s[i] + self.part(i, value) * (self.s[i + 1] - self.s[i]))
+
+    def part(self, i: Array, value: Array) -> Array:
+        """Invert a monotonic drive: return parts of the intervals from nodes i."""
+        h, direction = self.s[i + 1] - self.s[i], np.sign(self.drive[i + 1] - self.drive[i])
         g = self.drive[i], self.drive[i + 1], self.slope[i], self.slope[i + 1]
         low, high = np.zeros_like(value), np.ones_like(value)
         t = np.clip((value - g[0]) / np.where(g[1] == g[0], 1, g[1] - g[0]), 0, 1)
-        for _ in range(6):  # Newton's method, kept between bounds
+        for _ in range(40):  # Newton's method, kept between bounds: slow at a dead point
             off = cubic(t, h, *g) - value
             low, high = np.where(direction * off < 0, t, low), np.where(direction * off < 0, high, t)
             with np.errstate(all="ignore"):
                 better = t - off / cubic_slope(t, h, *g)
-            t = np.where((better >= low) & (better <= high), better, (low + high) / 2)
-        return np.asarray(self.s[i] + t * h)
+            t, before = np.where((better >= low) & (better <= high), better, (low + high) / 2), t
+            if not (np.abs(t - before) > NEAR).any():
+                break
+        return np.asarray(t)
 
     def joined(self, other: Trace) -> Trace:
         """Return this one backwards, and then the other, which begins at the same node."""
@@ -155,6 +164,20 @@ class Traces(NamedTuple):
     def one(self, i: int) -> Trace:
         """Return the nodes of one curve."""
         return self.nodes.take(self.who == i)._replace(reason=str(self.reason[i]))
+
+    def between(self, who: Array, value: Array) -> tuple[Array, Array, Array]:
+        """Interpolate states (m, numbers) of curves `who` at values of growing drives.
+
+        With them the slopes of the drives, and the arcs between the nodes beside them.
+        """
+        nodes = self.nodes
+        span = 2 * max(np.abs(value).max(), 1e-300)  # of curves one after the other; last nodes may be farther
+        key = np.minimum(nodes.drive, 0.75 * span) + self.who * span
+        i = np.minimum(np.searchsorted(key, value + who * span, side="right") - 1, self.last[who] - 1)
+        h, t = nodes.s[i + 1] - nodes.s[i], nodes.part(i, value)
+        slope = cubic_slope(t, h, nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]) / h
+        t, across = t[:, None], h[:, None]
+        return cubic(t, across, nodes.y[i], nodes.y[i + 1], nodes.rate[i], nodes.rate[i + 1]), slope, h
 
     @property
     def last(self) -> Array:

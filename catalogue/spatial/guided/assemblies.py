@@ -22,7 +22,7 @@ from .equations import System
 from .mechanism import Mechanisms
 from .newton import newton
 from .position import ASSEMBLED, Positions, conditioning, driver_units, driver_values, off_edge, reported
-from .unknowns import State
+from .unknowns import moved
 
 #: Assemblies whose points are nearer than this, in units, are one.
 SAME = 1e-6
@@ -127,15 +127,13 @@ def assemblies(
         closed = closed_form(mechanisms, system, q)
         reason = closed.refused
         there = _there(mechanisms, system, closed.owner, closed.state, q)
-        parts.append((closed.owner[there], closed.state[there], np.zeros(there.sum(), int), closed.double[there]))
+        parts.append((closed.owner[there], closed.state[:, there], np.zeros(there.sum(), int), closed.double[there]))
     search = _Search(mechanisms, system, q, np.random.default_rng(seed))
     search.run(np.flatnonzero(good & (reason != "")), hits, np.where(reason == FREE, FEW, most))
-    found = State(search.states[:4], search.states[4:])
-    parts.append((search.owner, found, search.counts, np.zeros(len(search.owner), bool)))
+    parts.append((search.owner, search.states, search.counts, np.zeros(len(search.owner), bool)))
     owner, count, double = (np.concatenate([p[k] for p in parts]) for k in (0, 2, 3))
     order = np.argsort(owner, kind="stable")
-    quaternion, free = (np.concatenate([getattr(p[1], k) for p in parts], axis=1) for k in ("quaternion", "free"))
-    owner, state = owner[order], State(quaternion, free)[order]
+    owner, state = owner[order], np.concatenate([p[1] for p in parts], axis=1)[:, order]
     sub, here = system.take(owner), np.ones(len(owner), bool)
     at = reported(mechanisms[owner], sub, state, values[owner], here, search.starts[owner])
     certain = _certified(sub, state, q[:, owner], owner, at.points / system.unit[owner, None, None])
@@ -201,14 +199,14 @@ def _searched(
                 half = sub.reach[where] * 2 if span is None else span
                 free[d.column - 3, where] = draw.uniform(-1, 1, len(free[0, where])) * half
     turn = draw.normal(size=(4, len(who)))
-    root = newton(sub, State(turn / np.sqrt((turn**2).sum(0)), free), q[:, who], STEPS)
+    root = newton(sub, np.concatenate([turn / np.sqrt((turn**2).sum(0)), free]), q[:, who], STEPS)
     kept = np.flatnonzero(root.found)
-    state, owner = root.state[kept], who[kept]
+    state, owner = root.state[:, kept], who[kept]
     good = _there(mechanisms, system, owner, state, q)
-    return kept[good], owner[good], np.concatenate([state.quaternion, state.free])[:, good]
+    return kept[good], owner[good], state[:, good]
 
 
-def _there(mechanisms: Mechanisms, system: System, owner: Array, state: State, q: Array) -> Array:
+def _there(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q: Array) -> Array:
     """Return where a state is an assembly: all points on their guides, and none beyond an edge."""
     sub, q = system.take(owner), q[:, owner]
     local = sub.local(sub.world(state, q))
@@ -221,7 +219,7 @@ def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Arr
     """Return one of each group with equal points, and summed weights."""
     if not len(owner):
         return owner, weight
-    world = system.take(owner).world(State(states[:4], states[4:]), q[:, owner]).reshape(-1, len(owner))
+    world = system.take(owner).world(states, q[:, owner]).reshape(-1, len(owner))
     label = np.full(len(owner), -1)
     left = np.arange(len(owner))
     groups = 0
@@ -236,7 +234,7 @@ def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Arr
     return first[order], np.bincount(inverse, weight).astype(int)[order]
 
 
-def _certified(system: System, state: State, q: Array, owner: Array, points: Array) -> Array:
+def _certified(system: System, state: Array, q: Array, owner: Array, points: Array) -> Array:
     """Return where a root is one by Newton-Kantorovich, and apart from those of the same owner."""
     now = system.evaluate(state, q)
     kappa, inverse = conditioning(now, np.ones(len(owner)))
@@ -247,7 +245,7 @@ def _certified(system: System, state: State, q: Array, owner: Array, points: Arr
     for c in range(m):
         step = np.zeros((m, n))
         step[c] = DIFFERENCE
-        ahead, behind = (system.evaluate(state.moved(s * step, now.metric), q).jacobian for s in (1, -1))
+        ahead, behind = (system.evaluate(moved(state, s * step, now.metric), q).jacobian for s in (1, -1))
         second = np.einsum("ijn,jkn->ikn", inverse, (ahead - behind) / (2 * DIFFERENCE))
         bend += (second**2).sum((0, 1))
     certain = 2 * error * np.sqrt(bend) < 0.5

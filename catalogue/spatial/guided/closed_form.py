@@ -20,7 +20,7 @@ from .mechanism import Mechanisms
 from .meeting import TURNS, circle_and_surface, curve_and_sphere
 from .newton import newton
 from .roots import Roots
-from .unknowns import Slot, State
+from .unknowns import Slot
 
 NOT_FIXED = "the drivers fix no point, so that there is no closed form"
 NO_CURVE = f"the second point is on no line, circle, hyperbola or helix of less than {TURNS} turns"
@@ -37,7 +37,7 @@ class Closed:
     Attributes
     ----------
     owner : ndarray, shape (a,)
-    state : State
+    state : ndarray, shape (4 + f, a)
     double : ndarray, shape (a,)
         Whether two assemblies coincide there, to rounding.
     refused : ndarray of str, shape (n,)
@@ -45,7 +45,7 @@ class Closed:
     """
 
     owner: Array
-    state: State
+    state: Array
     double: Array
     refused: Array
 
@@ -85,12 +85,11 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
     """Return all assemblies at the driver values q (k, n) in units."""
     n, roles = len(system), _roles(mechanisms, system)
     if roles is None:
-        nothing = State(np.zeros((4, 0)), np.zeros((system.free, 0)))
-        return Closed(np.zeros(0, int), nothing, np.zeros(0, bool), np.full(n, NOT_FIXED))
+        return Closed(np.zeros(0, int), np.zeros((4 + system.free, 0)), np.zeros(0, bool), np.full(n, NOT_FIXED))
     first, second, third = roles
     fixed = next(d for d in system.driven if d.slot.point == first)
     with np.errstate(all="ignore"):
-        x1, _ = system.placed(fixed, State(np.ones((4, n)), np.zeros((system.free, n))), q)
+        x1, _ = system.placed(fixed, np.zeros((4 + system.free, n)), q)
         rail = Rail.of(mechanisms, system, second, q)
         arm = system.arms[:, second] - system.arms[:, first]
         centre = _local(system, second, x1)
@@ -111,9 +110,8 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
     keep = np.flatnonzero((refused == "")[owner[of]])
     each, of = each[keep], of[keep]
     double = on_ring.double[each, of] | on_rail.double[which, owner][of]
-    values = np.zeros((system.free, len(of)))
-    values[:] = s[of]
-    state = State(_turned(sub.take(of), roles, ring[:, :, of], on_ring.at[each, of]), values)
+    turn = _turned(sub.take(of), roles, ring[:, :, of], on_ring.at[each, of])
+    state = np.concatenate([turn, np.broadcast_to(s[of], (system.free, len(of)))])
     who = owner[of]
     return Closed(who, _mended(system.take(who), state, q[:, who]), double, refused)
 
@@ -180,7 +178,7 @@ def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Arr
     return quaternion((world[:, None] * body[None]).sum(2))
 
 
-def _mended(system: System, state: State, q: Array) -> State:
+def _mended(system: System, state: Array, q: Array) -> Array:
     """Return the states after Newton's method, where it stays beside them."""
     if not q.shape[1]:
         return state
@@ -188,4 +186,4 @@ def _mended(system: System, state: State, q: Array) -> State:
     with np.errstate(all="ignore"):
         apart = np.abs(system.world(root.state, q) - system.world(state, q)).max((0, 1))
         near = root.found & (apart < MENDED * system.reach)
-    return State(np.where(near, root.state.quaternion, state.quaternion), np.where(near, root.state.free, state.free))
+    return np.where(near, root.state, state)

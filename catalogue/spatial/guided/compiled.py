@@ -1,6 +1,6 @@
-"""Follow motions by the compiled `kernel`, where numba is installed: for the equations of the pose
-and the guides of `geometry.guides.KINDS`, whatever their charts; what is of another kind is left to
-numpy."""
+"""Follow motions by the compiled `kernel`, where numba is installed: on the guides of
+`geometry.guides.KINDS`, whatever their charts; what is of another kind is left to numpy.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def fast(mechanisms: Mechanisms) -> Fast | None:
 
 def _made(mechanisms: Mechanisms) -> Fast | None:
     known = all(type(kind) is type(KINDS.get(kind.name)) for g in mechanisms.guides for kind in g.kinds)
-    k = kernel() if known and mechanisms.formulation == "pose" else None
+    k = kernel() if known else None
     if k is None:
         return None
     system, number = System.of(mechanisms), {name: i for i, name in enumerate(KINDS)}

@@ -9,44 +9,35 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..continuation.curve import Curve
+from ..geometry.rotation import turning
 from .equations import System
-from .unknowns import Equations, State
-
-#: Arcs per free coordinate, where the unknowns are the coordinates themselves.
-PLAIN = np.ones((1, 1))
+from .unknowns import Equations, moved
 
 
 @dataclass(frozen=True)
 class LineCurve(Curve):
     """Poses of n bodies while their drivers are q0 + y q1, both (k, n); the drive is y.
 
-    A state is a row: the numbers of `like`, a state of the formulation, and y.
+    A state is a row: quaternion, free coordinates, and y.
     """
 
     system: System
-    like: State
     q0: Array
     q1: Array
 
     @cached_property
     def weight(self) -> Array:
-        turns = len(self.like.quaternion)
-        return np.array([4.0 if i < turns == 4 else 1.0 for i in range(turns + len(self.like.free) + 1)])
+        return np.concatenate([np.full(4, 4.0), np.ones(self.system.free + 1)])
 
     def take(self, index: Array) -> LineCurve:
         return replace(self, system=self.system.take(index), q0=self.q0[:, index], q1=self.q1[:, index])
-
-    def state(self, y: Array) -> State:
-        """Return rows (n, numbers) as states of the formulation."""
-        turns = len(self.like.quaternion)
-        return type(self.like)(y[:, :turns].T, y[:, turns:-1].T)
 
     def drivers(self, y: Array) -> Array:
         """Return the values of the drivers, shape (k, n)."""
         return np.asarray(self.q0 + y[:, -1] * self.q1)
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
-        return self.by_rows(self.system.evaluate(self.state(y), self.drivers(y)), y)
+        return self.by_rows(self.system.evaluate(y[:, :-1].T, self.drivers(y)), y)
 
     def by_rows(self, now: Equations, y: Array) -> tuple[Array, Array, Array, Array]:
         """Return equations in states y as a curve has them."""
@@ -59,8 +50,7 @@ class LineCurve(Curve):
         return now.residual.T, jacobian, y[:, -1], by
 
     def moved(self, y: Array, step: Array) -> Array:
-        numbers = self.state(y).moved(step[:, :-1].T, PLAIN).numbers
-        return np.concatenate([numbers.T, y[:, -1:] + step[:, -1:]], axis=1)
+        return moved(y.T, step.T).T
 
     def lifted(self, y: Array, step: Array) -> Array:
-        return np.concatenate([self.state(y).velocity(step[:, :-1].T, PLAIN).T, step[:, -1:]], axis=1)
+        return np.concatenate([turning(y[:, :4].T, step[:, :3].T).T, step[:, 3:]], axis=1)

@@ -1,8 +1,5 @@
 """Velocity, acceleration and every higher derivative of a position: a linear system per order, with
-one inverse.
-
-The systems are those of the formulation (`formulation.series`); what is read off is the same for
-all.
+one inverse (`series`).
 """
 
 from __future__ import annotations
@@ -20,10 +17,9 @@ from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
 from ..geometry.rotation import cross
 from .equations import System
-from .formulation import formulated, series
 from .mechanism import Mechanisms
 from .position import Positions, check_positions, conditioning, driver_units
-from .series import local_series
+from .series import local_series, pose_series
 
 #: Highest derivative: the factorials of higher orders are no doubles.
 HIGHEST = 170
@@ -82,12 +78,11 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     if (order := given.shape[-1]) > HIGHEST:
         raise InvalidRequest(f"rates must be of order {HIGHEST} at most, not {order}")
     check_positions("positions", instance("positions", positions, Positions), mechanisms)
-    system, units = formulated(mechanisms), driver_units(mechanisms)
+    system, units = System.of(mechanisms), driver_units(mechanisms)
     q = np.stack([positions.drivers.T / units, *(given[..., k].T / units / factorial(k + 1) for k in range(order))])
-    state = system.stated(positions.state, q[0])
-    now = system.evaluate(state, q[0])
+    now = system.evaluate(positions.state, q[0])
     kappa, inverse = conditioning(now, system.unit / mechanisms.diameter)
-    world, spin = series(mechanisms, system, state, q, now.metric, inverse)
+    world, spin = pose_series(mechanisms, system, positions.state, q, now.metric, inverse)
     scale = np.array([factorial(k) for k in range(order + 1)], float)
     points = np.moveaxis(world * system.unit, (0, 1, 2), (2, 3, 1)) * scale[:, None]
     points[:, :, 0] += system.centre.T[:, None]

@@ -22,7 +22,7 @@ from ..geometry.guides import Guides
 from ..geometry.kinds import Quadric
 from ..geometry.rotation import cross, matrix
 from .mechanism import Mechanisms
-from .unknowns import Driven, Equations, Slot, State
+from .unknowns import Driven, Equations, Slot
 
 
 @dataclass(frozen=True)
@@ -121,20 +121,6 @@ class System:
         """Number of unknowns, and of equations."""
         return 3 + self.free
 
-    def stated(self, pose: State, q: Array) -> State:  # noqa: ARG002, other formulations need them
-        """Return a pose as a state of these equations."""
-        return pose
-
-    def pose(self, state: State, q: Array) -> State:  # noqa: ARG002, other formulations need them
-        """Return the pose of a state of these equations."""
-        return state
-
-    def lost(self, state: State, q: Array) -> Array:  # noqa: ARG002, other formulations need them
-        """Return where these equations, not the mechanism, are singular in a state: the reason, or
-        empty.
-        """
-        return np.full(len(self), "", dtype="U90")
-
     def take(self, index: Array) -> Self:
         """Return the equations of some, in any order and number."""
         return replace(
@@ -150,24 +136,20 @@ class System:
             quadrics=self.quadrics[..., index],
         )
 
-    def placed(self, d: Driven, state: State, q: Array) -> tuple[Array, Array]:
+    def placed(self, d: Driven, state: Array, q: Array) -> tuple[Array, Array]:
         """Return a driven point (3, n) and its tangents (2, 3, n) in the world."""
         i = d.slot.point
-        x, t = d.slot.chart(*d.coordinates(state.free, q))
+        x, t = d.slot.chart(*d.coordinates(state, q))
         frame = self.frames[:, :, i]
         return np.asarray(self.origins[:, i] + np.einsum("ijn,jn->in", frame, x)), np.einsum("ijn,tjn->tin", frame, t)
 
-    def base(self, state: State, q: Array) -> Array:
+    def base(self, state: Array, q: Array) -> Array:
         """Return where the base is, shape (3, n)."""
         return self.placed(self.driven[0], state, q)[0]
 
-    def turned(self, state: State) -> Array:
+    def turned(self, state: Array) -> Array:
         """Return all points from the base, shape (3, p, n)."""
-        return np.asarray(np.einsum("ijn,jpn->ipn", self.rotation(state), self.arms))
-
-    def rotation(self, state: State) -> Array:
-        """Return the rotation matrix of the body, shape (3, 3, n)."""
-        return matrix(state.quaternion)
+        return np.asarray(np.einsum("ijn,jpn->ipn", matrix(state[:4]), self.arms))
 
     @property
     def _index(self) -> Any:
@@ -176,7 +158,7 @@ class System:
         plain = self.points == tuple(range(first, first + many))
         return slice(first, first + many) if plain else list(self.points)
 
-    def world(self, state: State, q: Array) -> Array:
+    def world(self, state: Array, q: Array) -> Array:
         """Return all points, shape (3, p, n)."""
         return np.asarray(self.base(state, q)[:, None] + self.turned(state))
 
@@ -184,7 +166,7 @@ class System:
         """Return points (3, p, n) in the axes of their guides."""
         return np.asarray(np.einsum("ijpn,ipn->jpn", self.frames, world - self.origins))
 
-    def evaluate(self, state: State, q: Array) -> Equations:
+    def evaluate(self, state: Array, q: Array) -> Equations:
         """Return residual and derivatives at the driver values q (k, n)."""
         n, r, m = len(self), len(self.points), self.unknowns
         base, tangents = self.placed(self.driven[0], state, q)

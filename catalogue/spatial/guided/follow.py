@@ -16,10 +16,10 @@ from ...kinematics.types import Array
 from . import compiled
 from .equations import System
 from .filling import corners
+from .formulation import SINGULAR, first_lost
 from .mechanism import Mechanisms
 from .newton import newton
 from .position import CLOSED, Positions, driver_units, reported, solve_positions
-from .unknowns import State
 from .walk import Walk
 
 BEYOND = "beyond the end of the motion"
@@ -88,25 +88,33 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
     first = solve_positions(mechanisms, nodes[:, 0], start)
     fast = compiled.fast(mechanisms) if nodes.shape[1] > 2 and nodes[..., 0].size >= compiled.WORTH else None
     if fast:
-        states, reached, reason, end, steps = compiled.led(
-            fast, nodes, corners(nodes), first.state.numbers.T, first.success
-        )
+        states, reached, reason, end, steps = compiled.led(fast, nodes, corners(nodes), first.state.T, first.success)
         reason = np.where(first.success, reason, first.reason)
     else:
         reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
-        states = np.full((*nodes.shape[:2], 4 + len(first.state.free)), np.nan)
+        states = np.full((*nodes.shape[:2], len(first.state)), np.nan)
         begun = np.flatnonzero(first.success)
         for low in range(0, len(begun), BLOCK):
             index = begun[low : low + BLOCK]
-            walk = Walk(mechanisms[index], nodes[index], first.state[index], corners(nodes[index]))
+            walk = Walk(mechanisms[index], nodes[index], first.state[:, index], corners(nodes[index]))
             walk.run()
-            states[index], reached[index], reason[index] = walk.poses(), walk.reached, walk.reason
+            states[index], reached[index], reason[index] = walk.states, walk.reached, walk.reason
             end[index], steps[index] = walk.end, walk.steps
-    whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
-    every = np.arange(n)
-    after = np.minimum(whole + 1, nodes.shape[1] - 1)
-    end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
-    return Motion(_measured(mechanisms, fast, nodes, states, reached), reached, reason, end, end_drivers, steps)
+    positions = _measured(mechanisms, fast, nodes, states, reached)
+    if mechanisms.formulation != "pose":
+        lost = (at := first_lost(mechanisms, positions)) < end
+        end, reason = np.where(lost, at, end), np.where(lost, SINGULAR[mechanisms.formulation], reason)
+        reached = np.where(lost, end.astype(int) + 1, reached)
+        states[np.arange(nodes.shape[1]) >= reached[:, None]] = np.nan
+        positions = _measured(mechanisms, fast, nodes, states, reached) if lost.any() else positions
+    return Motion(positions, reached, reason, end, _on(nodes, end), steps)
+
+
+def _on(nodes: Array, end: Array) -> Array:
+    """Interpolate values of the drivers (n, k) where motions end, `end` (n,) in nodes."""
+    every, one = np.arange(len(nodes)), np.minimum(end.astype(int), max(nodes.shape[1] - 2, 0))
+    after = np.minimum(one + 1, nodes.shape[1] - 1)
+    return np.asarray(nodes[every, one] + (end - one)[:, None] * (nodes[every, after] - nodes[every, one]))
 
 
 def _measured(
@@ -126,18 +134,18 @@ def _measured(
     flat, (quaternion, shift, points, coordinates, residual, condition) = states.reshape(many, -1).T, blank
     found = Positions(
         nodes.reshape(many, -1).copy(), quaternion, shift, points, coordinates, good, residual, condition, reason,
-        there.astype(int), State(flat[:4], flat[4:]),
+        there.astype(int), flat,
     )  # fmt: skip
     left = np.flatnonzero(there & ~good)
     for low in range(0, len(left), MEASURED):
         index = left[low : low + MEASURED]
         i, j = np.divmod(index, s)
         some, system = mechanisms[i], System.of(mechanisms).take(i)
-        found.put(index, _reported(some, system, found.state[index], nodes[i, j]))
+        found.put(index, _reported(some, system, found.state[:, index], nodes[i, j]))
     return found
 
 
-def _reported(mechanisms: Mechanisms, system: System, state: State, values: Array) -> Positions:
+def _reported(mechanisms: Mechanisms, system: System, state: Array, values: Array) -> Positions:
     """Return the positions in states that steps led to.
 
     Where a guide is bent so much that the last of them left the mechanism open, Newton's method
@@ -148,7 +156,7 @@ def _reported(mechanisms: Mechanisms, system: System, state: State, values: Arra
     off = np.flatnonzero(~at.success | (at.residual * mechanisms.diameter > CLOSED * system.reach * system.unit))
     if len(off):
         some, sub = mechanisms[off], system.take(off)
-        root = newton(sub, state[off], values[off].T / driver_units(some), CLOSING)
+        root = newton(sub, state[:, off], values[off].T / driver_units(some), CLOSING)
         closed = reported(some, sub, root.state, values[off], root.found, at.evaluations[off])
         at.put(off[root.found], closed[root.found])
     return at

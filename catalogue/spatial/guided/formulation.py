@@ -1,38 +1,114 @@
-"""Which equations a mechanism is computed by: those of its pose, of Euler angles, or of curvilinear
-distances.
+"""Singularities of the unknowns of the two notes: Euler angles and curvilinear distances.
+
+A body has its pose there as anywhere, and is computed by it.
+
+Euler angles are those of axes that points of the body make, zeta through A1 and A2 (Mangeron,
+Oğuztöreli and Plitea 1970, Nota I, (2.2)): det W = sin(nutation) det M is 0 where zeta is along z.
+Curvilinear distances (sec. 2 to 4) are as good as the charts of their coordinates.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ...kinematics.types import Array
-from .distances import Distances, distance_series
-from .equations import System
-from .euler_angles import EulerAngles, euler_series
+from ..geometry.rotation import cross, matrix
 from .mechanism import Mechanisms
-from .series import pose_series
-from .unknowns import State
 
-#: Equations, and the power series of a motion by them.
-WAYS: dict[str, tuple[Any, Any]] = {
-    "pose": (System, pose_series),
-    "euler-angles": (EulerAngles, euler_series),
-    "distances": (Distances, distance_series),
-}
+if TYPE_CHECKING:
+    from .position import Positions
+
+ALONG_Z = "Euler angles are singular: the line of the first two points is along z"
+CHART = "a guide's chart is singular there, and distances with it"
+FLAT = "distances do not determine a flat body of four or five points"
+COINCIDENT = "distances do not determine points of the body that coincide"
+#: Why.
+SINGULAR = {"euler-angles": ALONG_Z, "distances": CHART}
+#: Sine of the nutation, or arc of a coordinate, at which six digits of the unknowns are lost.
+LOST = 1e-6
+#: Third extent of a body, of the first, below which it counts as flat.
+THIN = 1e-6
+#: Distance of points that counts as none, in units.
+NEAR = 1e-9
+#: Part of the largest triangle below which three points make no axes.
+SLENDER = 0.1
 
 
-def formulated(mechanisms: Mechanisms) -> System:
-    """Return the equations of mechanisms, in their formulation."""
-    system: System = WAYS[mechanisms.formulation][0].of(mechanisms)
-    return system
+def lost_at(mechanisms: Mechanisms, positions: Positions) -> Array:
+    """Return why the unknowns of a formulation are lost in positions, shape (n,) of str."""
+    length = np.sqrt((_arcs(mechanisms, positions) ** 2).sum(-1)).min(0, initial=1)
+    singular = positions.success & (length <= LOST)
+    return np.where(singular, SINGULAR[mechanisms.formulation], undetermined(mechanisms)).astype("U90")
 
 
-def series(
-    mechanisms: Mechanisms, system: System, state: State, q: Array, metric: Array, inverse: Array
-) -> tuple[Array, Array]:
-    """Return series of points (order + 1, 3, p, n) and angular velocity (order, 3, n):
-    `pose_series`.
+def first_lost(mechanisms: Mechanisms, positions: Positions) -> Array:
+    """Find the first singularity on paths of n mechanisms, in nodes; infinity if there is none.
+
+    Vectors are taken to go straight from node to node.
     """
-    found: tuple[Array, Array] = WAYS[mechanisms.formulation][1](mechanisms, system, state, q, metric, inverse)
-    return found
+    n = len(mechanisms)
+    s = len(positions.success) // n
+    arcs = _arcs(mechanisms[np.repeat(np.arange(n), s)], positions).reshape(-1, n, s, 3)
+    one, chord = arcs[:, :, :-1], np.diff(arcs, axis=2)
+    with np.errstate(all="ignore"):
+        part = np.clip(-(one * chord).sum(-1) / (chord * chord).sum(-1), 0, 1)
+        lost = np.sqrt(((one + part[..., None] * chord) ** 2).sum(-1)) <= LOST
+    at = np.where(lost, np.arange(s - 1) + part, np.inf)
+    return np.asarray(at.min((0, 2), initial=np.inf))
+
+
+def undetermined(mechanisms: Mechanisms) -> Array:
+    """Return why a formulation does not determine bodies, shape (n,) of str, or empty."""
+    out = np.full(len(mechanisms), "", dtype="U90")
+    if mechanisms.formulation != "distances":
+        return out
+    body = mechanisms.body / mechanisms.unit[:, None, None]
+    first, second = np.triu_indices(body.shape[1], 1)
+    out[(np.linalg.norm(body[:, first] - body[:, second], axis=2) < NEAR).any(1)] = COINCIDENT
+    if body.shape[1] > 3:
+        extents = np.linalg.svd(body - body.mean(1, keepdims=True), compute_uv=False)
+        out[extents[:, 2] < THIN * extents[:, 0]] = FLAT
+    return out
+
+
+def _zeta(mechanisms: Mechanisms) -> Array:
+    """Return zeta in the bodies, unit vectors (3, n) from the base to a second point."""
+    base = mechanisms.drivers[0][0]
+    arms = np.moveaxis(mechanisms.body - mechanisms.body[:, base, None], 0, -1)  # (p, 3, n)
+    others = [i for i in range(len(arms)) if i != base]
+    pairs = [(a, b) for k, a in enumerate(others) for b in others[k + 1 :]]
+    normals = np.stack([cross(arms[a], arms[b]) for a, b in pairs])
+    area = np.sqrt((normals**2).sum(1))
+    chosen = (area > SLENDER * area.max(0)).argmax(0)  # the first that is no needle
+    zeta = arms[np.array([a for a, _ in pairs])[chosen], :, np.arange(len(mechanisms))].T
+    return np.asarray(zeta / np.sqrt((zeta * zeta).sum(0)))
+
+
+def _arcs(mechanisms: Mechanisms, positions: Positions) -> Array:
+    """Return vectors (c, n, 3), one of which vanishes at a singularity.
+
+    Of Euler angles it is the horizontal part of zeta, turned; of distances the tangents, in units,
+    along coordinates that no driver gives.
+    """
+    if mechanisms.formulation == "euler-angles":
+        zeta = np.einsum("ijn,jn->in", matrix(positions.quaternion.T), _zeta(mechanisms))
+        return np.stack([-zeta[1], zeta[0], np.zeros(len(mechanisms))], axis=1)[None]
+    out = []
+    for i, guides in enumerate(mechanisms.guides):
+        axes = "u" if mechanisms.curves[i] else "uw"
+        free = [axis for axis, name in enumerate(axes) if (i, name) not in mechanisms.drivers]
+        along = np.empty((2, len(mechanisms), 3))
+        for kind, where, given in guides.each():
+            unit, chart = mechanisms.unit[where], kind
+            p = kind.scaled(given, unit)
+            u, w = (positions.coordinates[where, i, axis] / kind.coordinate_unit(axis, unit) for axis in (0, 1))
+            w = np.zeros_like(u) if mechanisms.curves[i] else w
+            with np.errstate(all="ignore"):
+                if kind.smooth and 1 in free:
+                    chart = kind.smooth
+                    u, w = chart.locate(np.stack(np.broadcast_arrays(*kind.point(u, w, p))), p)
+                along[:, where] = np.moveaxis(chart.tangents(u, w, p)[1], 1, 2)
+        out += [along[axis] for axis in free]
+    return np.stack(out)

@@ -26,8 +26,8 @@ CLASSES = {
     (1, 2): ("V", 2),
     (0, 3): ("VI", 3),
 }
-#: Equations of the position: of the pose of the body; of Euler angles (Nota I); of curvilinear
-#: distances (sec. 2 to 4).
+#: Unknowns of the position: the pose of the body; Euler angles (Nota I); curvilinear distances
+#: (sec. 2 to 4).
 FORMULATIONS = ("pose", "euler-angles", "distances")
 #: A body whose second extent is a smaller part of its diameter is a line: its spin is undetermined.
 COLLINEAR = 1e-12
@@ -50,10 +50,10 @@ class Mechanisms:
         Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees
         of freedom.
     formulation : "pose", "euler-angles" or "distances"
-        Equations by which positions, motions and derivatives are computed; the results are the
-        same.  ``"pose"`` has no singular position but those of the mechanism.  ``"euler-angles"``
-        are those of the first note, precession, nutation and spin of the axes through A1, A2 and
-        A3, for all six classes; they are singular where A1A2 is along z.  ``"distances"`` has the
+        Unknowns that positions and motions are to be regular in; the numbers are those of the pose.
+        ``"pose"`` has no singular position but those of the mechanism.  ``"euler-angles"`` are
+        those of the first note, precession, nutation and spin of the axes through A1, A2 and A3,
+        for all six classes; they are singular where A1A2 is along z.  ``"distances"`` has the
         curvilinear coordinates for unknowns and the distances of the points for equations; it is
         singular for flat bodies of four or five points, for points that coincide, and where a chart
         is.

@@ -11,7 +11,7 @@ import numpy as np
 from ...kinematics.types import Array
 from ..continuation.elimination import solve
 from .equations import System
-from .unknowns import Equations, State
+from .unknowns import Equations, moved
 
 #: A step below this squares to less than a rounding error: it is made, and is the last.
 LAST = 1e-8
@@ -27,14 +27,14 @@ STEPS = 60
 
 @dataclass(frozen=True)
 class Root:
-    """Result of Newton's method: states, success (n,) and counts of evaluations (n,)."""
+    """Result of Newton's method: states (4 + f, n), success (n,) and counts of evaluations (n,)."""
 
-    state: State
+    state: Array
     found: Array
     evaluations: Array
 
 
-def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
+def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
     """Solve the equations from a start at the driver values q (k, n).
 
     A step is shortened to `CAP`, then halved until the residual falls by a quarter of what it
@@ -51,7 +51,7 @@ def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
     part, before = _first(length), np.full(n, np.inf)
     for _ in range(steps):
         with np.errstate(invalid="ignore"):
-            trial = at.moved(part * step, now.metric)
+            trial = moved(at, part * step, now.metric)
         then = sub.evaluate(trial, values)
         evaluations[who] += 1
         noise = NOISE * sub.reach
@@ -60,7 +60,7 @@ def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
             better = np.linalg.norm(then.residual, axis=0) <= (1 - part / 4) * np.linalg.norm(now.residual, axis=0)
             better |= (then.distance < noise) | last
         stop = last | (part < SHORTEST) | ~np.isfinite(length)
-        at.put(better, trial[better])
+        at[:, better] = trial[:, better]
         next_step, next_length = _step(then)
         before = np.where(better, length, before)
         step, length = np.where(better, next_step, step), np.where(better, next_length, length)
@@ -68,16 +68,16 @@ def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
         part = np.where(better, _first(length), part / 2)
         if stop.any():
             done = np.flatnonzero(stop)
-            state.put(who[done], at[done])
-            found[who[done]] = last[done] & np.isfinite(at.quaternion[:, done]).all(0)
+            state[:, who[done]] = at[:, done]
+            found[who[done]] = last[done] & np.isfinite(at[:4, done]).all(0)
             keep = np.flatnonzero(~stop)
             if not len(keep):
                 break
-            who, sub, at, values = who[keep], sub.take(keep), at[keep], values[:, keep]
+            who, sub, at, values = who[keep], sub.take(keep), at[:, keep], values[:, keep]
             step, length, part, before = step[:, keep], length[keep], part[keep], before[keep]
             now = _taken(now, keep)
     else:
-        state.put(who, at)
+        state[:, who] = at
     return Root(state, found, evaluations)
 
 

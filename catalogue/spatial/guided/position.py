@@ -14,10 +14,10 @@ from ..continuation.elimination import condition, solve
 from ..geometry.kinds import Kind
 from ..geometry.rotation import fitted, matrix
 from .equations import System
-from .formulation import formulated
+from .formulation import lost_at
 from .mechanism import Mechanisms
 from .newton import newton
-from .unknowns import Equations, State
+from .unknowns import Equations
 
 OK = ""
 NO_ASSEMBLY = "no assembly near the start"
@@ -76,19 +76,19 @@ class Positions:
     condition: Array
     reason: Array
     evaluations: Array
-    state: State
+    state: Array
 
     def __getitem__(self, index: Any) -> Positions:
         index = np.atleast_1d(np.arange(len(self.success))[index])
         values = {k: v[index] for k, v in vars(self).items() if k != "state"}
-        return Positions(**values, state=self.state[index])
+        return Positions(**values, state=self.state[:, index])
 
     def put(self, index: Any, other: Positions) -> None:
         """Overwrite some, but not the number of their evaluations."""
         for name, value in vars(self).items():
             if name not in ("state", "evaluations"):
                 value[index] = getattr(other, name)
-        self.state.put(index, other.state)
+        self.state[:, index] = other.state
 
 
 def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positions:
@@ -121,13 +121,12 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
         state = start.state
     finite = np.isfinite(q).all(0)
     there = np.where(finite, q, 0)
-    solver = formulated(mechanisms)
-    root = newton(solver, solver.stated(state, there), there)
-    pose = solver.pose(root.state, there)
-    found = reported(mechanisms, system, pose, values, root.found & finite, root.evaluations)
-    lost = solver.lost(root.state, there)
-    failed = finite & ~found.success & (lost != OK)
-    found.reason[failed] = lost[failed]
+    root = newton(system, state, there)
+    found = reported(mechanisms, system, root.state, values, root.found & finite, root.evaluations)
+    if mechanisms.formulation != "pose":
+        lost = lost_at(mechanisms, found)
+        found.reason[finite] = np.where(lost == OK, found.reason, lost)[finite]
+        found.success[lost != OK] = False
     if isinstance(start, Positions) and not np.array_equal(start.drivers, values):
         return _kept(mechanisms, found, start)
     return found
@@ -153,7 +152,7 @@ def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positio
 
 
 def reported(
-    mechanisms: Mechanisms, system: System, state: State, values: Array, found: Array, evaluations: Array
+    mechanisms: Mechanisms, system: System, state: Array, values: Array, found: Array, evaluations: Array
 ) -> Positions:
     """Return the positions in a state (of `equations`) with what is measured there; `found` is what
     Newton says.
@@ -180,11 +179,11 @@ def reported(
     reason[~charted(mechanisms, values)] = EDGE
     reason[~finite] = NOT_FINITE
     points = np.moveaxis(world * system.unit + system.centre[:, None], (0, 1), (2, 1))
-    rotation = matrix(state.quaternion)
+    rotation = matrix(state[:4])
     base = system.driven[0].slot.point
     translation = points[:, base] - np.einsum("ijn,nj->ni", rotation, mechanisms.body[:, base])
     return Positions(
-        values, state.quaternion.T.copy(), translation, points, coordinates, reason == OK, residual, kappa, reason,
+        values, state[:4].T.copy(), translation, points, coordinates, reason == OK, residual, kappa, reason,
         evaluations, state,
     )  # fmt: skip
 
@@ -245,7 +244,7 @@ def charted(mechanisms: Mechanisms, values: Array) -> Array:
     return good
 
 
-def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
+def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> Array:
     """Return the state that fits rough coordinates best."""
     given = array("rough coordinates", coordinates)
     n, p = mechanisms.body.shape[:2]
@@ -274,10 +273,10 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
                 value = smooth.locate(x, shape)[1] if smooth else (u, w)[axis]
                 unit = np.ones_like(u) if smooth else kind.coordinate_unit(axis, mechanisms.unit[where])
                 free[row, where] = value / unit
-    return State(fitted(np.moveaxis(mechanisms.body, 0, -1), world), free)
+    return np.concatenate([fitted(np.moveaxis(mechanisms.body, 0, -1), world), free])
 
 
-def _located(mechanisms: Mechanisms, system: System, state: State, values: Array, local: Array) -> Array:
+def _located(mechanisms: Mechanisms, system: System, state: Array, values: Array, local: Array) -> Array:
     """Return u, w of all points from local points (3, p, n); driven and free coordinates as they
     are.
     """
@@ -295,7 +294,7 @@ def _located(mechanisms: Mechanisms, system: System, state: State, values: Array
                     out[where, d.slot.point, axis] = np.where(lost, np.nan, values[where, k])
                 elif d.column is not None and not (axis == 1 and kind.smooth):
                     unit = kind.coordinate_unit(axis, mechanisms.unit[where])
-                    out[where, d.slot.point, axis] = state.free[d.column - 3, where] * unit
+                    out[where, d.slot.point, axis] = state[d.column + 1, where] * unit
     return out
 
 

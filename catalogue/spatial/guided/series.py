@@ -17,16 +17,16 @@ from ..geometry.power_series import Taylor, coefficients
 from ..geometry.rotation import cross
 from .equations import System
 from .mechanism import Mechanisms
-from .unknowns import State
 
 
 def pose_series(
-    mechanisms: Mechanisms, system: System, state: State, q: Array, metric: Array, inverse: Array
+    mechanisms: Mechanisms, system: System, state: Array, q: Array, metric: Array, inverse: Array
 ) -> tuple[Array, Array]:
     """Return series of points (order + 1, 3, p, n) and angular velocity (order, 3, n).
 
     Parameters
     ----------
+    state : ndarray, shape (4 + f, n)
     q : ndarray, shape (order + 1, k, n)
         Series of the drivers.
     metric : ndarray, shape (f, n)
@@ -37,7 +37,7 @@ def pose_series(
     order, n, p = len(q) - 1, len(system), system.arms.shape[1]
     spin = np.zeros((order + 1, 3, n))
     free = np.zeros((order + 1, system.free, n))
-    free[0] = state.free
+    free[0] = state[4:]
     arms = np.zeros((order + 1, 3, p, n))
     arms[0] = system.turned(state)
     for k in range(1, order + 1):

@@ -1,53 +1,27 @@
-"""What the equations are made of: the state of a body, guides of a point by kind, driven points,
-and their values.
+"""What the equations are made of: guides of a point by kind, driven points, and their values.
+
+A state is an array (4 + f, n): a unit quaternion, and the free coordinates in units.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from ...kinematics.types import Array
 from ..geometry.kinds import Kind
-from ..geometry.rotation import turned, turning
+from ..geometry.rotation import turned
 
 
-@dataclass(frozen=True)
-class State:
-    """Where a body is: rotation (4, n) and free coordinates (f, n)."""
-
-    quaternion: Array
-    free: Array
-
-    def moved(self, step: Array, metric: Array) -> Self:
-        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in
-        units.
-        """
-        with np.errstate(all="ignore"):
-            return type(self)(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
-
-    def velocity(self, step: Array, metric: Array) -> Array:
-        """Return the derivative of `numbers` along a step."""
-        with np.errstate(all="ignore"):
-            return np.concatenate([turning(self.quaternion, step[:3]), step[3:] / metric])
-
-    def __getitem__(self, index: Any) -> Self:
-        return type(self)(self.quaternion[:, index], self.free[:, index])
-
-    def copy(self) -> Self:
-        return type(self)(self.quaternion.copy(), self.free.copy())
-
-    @property
-    def numbers(self) -> Array:
-        """All numbers of the state, one below the other."""
-        return np.concatenate([self.quaternion, self.free])
-
-    def put(self, index: Any, other: State) -> None:
-        """Overwrite some."""
-        self.quaternion[:, index], self.free[:, index] = other.quaternion, other.free
+def moved(state: Array, step: Array, metric: Array | float = 1.0) -> Array:
+    """Return states (4 + f, n) after steps (3 + f, n): rotation [rad], and arcs on the guides in
+    units.
+    """
+    with np.errstate(all="ignore"):
+        return np.concatenate([turned(state[:4], step[:3]), state[4:] + step[3:] / metric])
 
 
 @dataclass(frozen=True)
@@ -108,8 +82,7 @@ class Driven:
     column: int | None
     driver: tuple[int | None, int | None]
 
-    def coordinates(self, free: Array, q: Array) -> list[Array]:
+    def coordinates(self, state: Array, q: Array) -> list[Array]:
         """Return u and w."""
-        one = np.zeros(q.shape[1])
-        fill = one if self.column is None else free[self.column - 3]
+        fill = np.zeros(q.shape[1]) if self.column is None else state[self.column + 1]
         return [fill if k is None else q[k] for k in self.driver]

@@ -10,12 +10,11 @@ from ..continuation.curve import Limits, Traces
 from ..continuation.newton import Accuracy, corrected, newton_step
 from ..continuation.tracing import BRANCH, STUCK, toward
 from .curve import LineCurve
+from .equations import System
 from .filling import fill
-from .formulation import formulated
 from .mechanism import Mechanisms
 from .newton import LAST
 from .position import EDGE, OK, driver_units, off_edge
-from .unknowns import State
 
 TURNING = "turning point"
 #: A pose in whose surroundings steps must lead.
@@ -37,13 +36,15 @@ class Walk:
     mechanisms : Mechanisms
     path : ndarray, shape (n, s, k)
         Values of the drivers.
-    pose : State
-        Poses at the first node.
+    pose : ndarray, shape (4 + f, n)
+        States at the first node.
     stop : ndarray, shape (n, s)
         Corners of the path, its ends among them.
 
     Attributes
     ----------
+    states : ndarray, shape (n, s, 4 + f)
+        Poses at the nodes, NaN beyond the last reached.
     reached, steps : ndarray, shape (n,)
     reason : ndarray of str, shape (n,)
         Why a mechanism goes no farther; empty at the end of its path.
@@ -51,13 +52,12 @@ class Walk:
         Where its motion ends, in nodes from the first.
     """
 
-    def __init__(self, mechanisms: Mechanisms, path: Array, pose: State, stop: Array) -> None:
+    def __init__(self, mechanisms: Mechanisms, path: Array, pose: Array, stop: Array) -> None:
         n, s = path.shape[:2]
-        self.mechanisms, self.system = mechanisms, formulated(mechanisms)
+        self.mechanisms, self.system = mechanisms, System.of(mechanisms)
         self.path, self.stop = path / driver_units(mechanisms).T[:, None], stop.copy()
-        self.like = self.system.stated(pose, self.path[:, 0].T)
-        self.states = np.full((n, s, len(self.like.numbers)), np.nan)  # those of the formulation
-        self.states[:, 0] = self.like.numbers.T
+        self.states = np.full((n, s, len(pose)), np.nan)
+        self.states[:, 0] = pose.T
         self.begin, self.leaps, self.sign = np.zeros(n, int), np.ones(n, bool), np.zeros(n)
         self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
         self.reason = np.full(n, OK, dtype="U90")
@@ -68,21 +68,6 @@ class Walk:
         who = np.arange(len(self.begin))
         while len(who):
             who = self._advanced(who)
-
-    def poses(self) -> Array:
-        """Return poses at all nodes, shape (n, s, 4 + f), NaN beyond the last reached."""
-        if type(self.like) is State:
-            return self.states
-        who, node = np.nonzero(np.arange(self.path.shape[1]) < self.reached[:, None])
-        state = self._state(self.states[who, node])
-        pose = self.system.take(who).pose(state, self.path[who, node].T).numbers
-        out = np.full((*self.states.shape[:2], len(pose)), np.nan)
-        out[who, node] = pose.T
-        return out
-
-    def _state(self, numbers: Array) -> State:
-        turns = len(self.like.quaternion)
-        return type(self.like)(numbers[:, :turns].T, numbers[:, turns:].T)
 
     def _advanced(self, who: Array) -> Array:
         """Lead mechanisms to the next corners of their paths; return those not ended."""
@@ -99,9 +84,8 @@ class Walk:
         here = who[~back]
         self.reached[here], self.end[here] = begin[~back] + 1, begin[~back]
         on = np.flatnonzero(~back & ~lost & (begin < last))
-        fallen = ~back & lost & (begin < last)
-        fallen = np.flatnonzero(fallen)
-        self._ended(who[fallen], np.where(sign == 0, STUCK, BRANCH)[fallen], curve.take(fallen), y[fallen])
+        fallen = np.flatnonzero(~back & lost & (begin < last))
+        self.reason[who[fallen]] = np.where(sign == 0, STUCK, BRANCH)[fallen]
         leapt = self._leapt(who, end, curve, y, tangent, width, on)
         on = np.setdiff1d(on, leapt)
         if len(on):
@@ -118,10 +102,10 @@ class Walk:
         numbers, q0 = self.states[who, begin], self.path[who, begin].T
         step, system = self.path[who, end].T - q0, self.system.take(who)
         y = np.concatenate([numbers, np.zeros((len(who), 1))], axis=1)
-        now = system.evaluate(self._state(numbers), q0)
+        now = system.evaluate(numbers.T, q0)
         with np.errstate(invalid="ignore"):
             width = np.maximum(np.sqrt(((now.travel * step) ** 2).sum(0)), 1e-9)
-        curve = LineCurve(system, self.like, q0, step / width)
+        curve = LineCurve(system, q0, step / width)
         return curve, y, curve.by_rows(now, y), width
 
     def _leapt(
@@ -160,9 +144,7 @@ class Walk:
         value = self._part(who[of], begin[of], end[of], node) * width[of]
         found, good = np.full((len(of), len(curve.weight)), np.nan), np.zeros(len(of), bool)
         inside = np.flatnonzero(value <= stop[of])
-        found[inside], good[inside] = fill(
-            curve, traces, self.sign[who], of[inside], value[inside], (count == 1)[of[inside]]
-        )
+        found[inside], good[inside] = fill(curve, traces, self.sign[who], of[inside], value[inside])
         doubt, edge = ~good & (value <= stop[of]), np.zeros(len(of), bool)
         if self.bounded and good.any():
             edge[good] = self._off(who[of[good]], curve.take(of[good]), found[good])
@@ -186,8 +168,7 @@ class Walk:
         with np.errstate(all="ignore"):
             self.end[i] = k - 1 + np.clip((at - one) / (value[j] - one), 0, 1)
         told[told == DOUBTFUL] = STUCK
-        ended = np.flatnonzero(short)[~again]
-        self._ended(i[~again], told[~again], curve.take(ended), traces.nodes.y[last[ended]])
+        self.reason[i[~again]] = told[~again]
 
     def _part(self, who: Array, begin: Array, end: Array, node: Array) -> Array:
         """Return the part of the way between two corners at which nodes of a path are."""
@@ -200,14 +181,5 @@ class Walk:
         """Return where a point is off the edge of its guide in states (n, numbers)."""
         if not self.bounded:
             return np.zeros(len(who), bool)
-        local = curve.system.local(curve.system.world(curve.state(y), curve.drivers(y)))
+        local = curve.system.local(curve.system.world(y[:, :-1].T, curve.drivers(y)))
         return off_edge(self.mechanisms[who], curve.system, local)
-
-    def _ended(self, who: Array, reason: Array, curve: LineCurve, y: Array) -> None:
-        """Note reasons: in states, equations may be singular, not the mechanism."""
-        stuck = np.flatnonzero((reason == STUCK) | (reason == BRANCH))
-        if len(stuck):
-            lines, y = curve.take(stuck), y[stuck]
-            lost = lines.system.lost(lines.state(y), lines.drivers(y))
-            reason[stuck] = np.where(lost == OK, reason[stuck], lost)
-        self.reason[who] = reason
