@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...kinematics.types import Array
-from .power_series import coefficients, variable
+from .power_series import Taylor, coefficients, variable
 
 #: Three coordinates, arrays of one shape or series.
 Point = tuple[Any, Any, Any]
@@ -89,6 +89,17 @@ class Kind:
         series = np.stack([coefficients(f, 1, (3, x.shape[1])) for f in self.implicit((a, b, c), p)])
         return series[:, 0, 0], series[:, 1]
 
+    def distances(self, x: Array, p: Array) -> Array:
+        """Return series (order + 1, conditions, n) of the distances of moving points.
+
+        To first order: functions over the lengths of their gradients; x is (order + 1, 3, n).
+        """
+        values, slopes = self.gradients(x[0], p)
+        if len(x) > 1:
+            functions = self.implicit((Taylor(x[:, 0]), Taylor(x[:, 1]), Taylor(x[:, 2])), p)
+            values = np.stack([coefficients(f, len(x) - 1, x.shape[2:]) for f in functions], axis=1)
+        return np.asarray(values.reshape(len(x), *slopes.shape[::2]) / np.sqrt((slopes**2).sum(1)))
+
     def tangents(self, u: Array, w: Array, p: Array) -> tuple[Array, Array]:
         """Return the points (3, n) at (u, w), and X_u, X_w, shape (2, 3, n)."""
         seeds = variable(u, np.array([[1.0], [0]])), variable(w, np.array([[0.0], [1]]))
@@ -156,6 +167,11 @@ class Quadric(Kind):
     def implicit(self, x: Point, p: Array) -> tuple[Any, ...]:
         """Return the functions."""
         return tuple(sum(((q[i] * x[i] + q[i + 3]) * x[i] for i in range(3)), start=q[6]) for q in self.quadrics(p))
+
+    def gradients(self, x: Array, p: Array) -> tuple[Array, Array]:
+        """Return functions and gradients by the coefficients, which is faster than by series."""
+        q = self.quadrics(p)
+        return ((q[:, :3] * x + q[:, 3:6]) * x).sum(1) + q[:, 6], 2 * q[:, :3] * x + q[:, 3:6]
 
 
 def rows(n: int, *functions: dict[str, Any]) -> Array:

@@ -74,18 +74,14 @@ def placed_series(system: System, which: int, free: Array, q: Array) -> Array:
 
 def last_residual(system: System, mechanisms: Mechanisms, arms: Array, free: Array, q: Array) -> Array:
     """Return the last coefficient of the residual, shape (m, n)."""
-    order, n = len(q) - 1, len(system)
     base = base_series(system, free, q)
-    out = np.empty((3 + system.free, n))
+    out = np.empty((3 + system.free, len(system)))
     row = 0
     for i in dict.fromkeys(system.points):
         local = local_series(system, i, base + arms[:, :, i])
         for kind, where, p in mechanisms.guides[i].each():
-            x = Taylor(local[:, 0, where]), Taylor(local[:, 1, where]), Taylor(local[:, 2, where])
-            functions = kind.implicit(x, kind.scaled(p, system.unit[where]))
-            _, gradients = kind.gradients(local[0][:, where], kind.scaled(p, system.unit[where]))
-            for j, (f, g) in enumerate(zip(functions, gradients, strict=True)):
-                out[row + j, where] = coefficients(f, order, (len(where),))[-1] / np.sqrt((g**2).sum(0))
+            off = kind.distances(local[..., where], kind.scaled(p, system.unit[where]))
+            out[row : row + kind.conditions, where] = off[-1]
         row += 2 if mechanisms.curves[i] else 1
     for j in range(1, len(system.driven)):
         out[row : row + 3] = (placed_series(system, j, free, q) - base - arms[:, :, system.driven[j].slot.point])[-1]

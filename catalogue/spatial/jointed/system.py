@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from ...kinematics.types import Array
-from ..geometry.power_series import Taylor, coefficients
 from . import compiled
 from .located_guide import LocatedGuide
 from .tree import Tree, span
@@ -162,11 +161,8 @@ class System(Tree):
             out[0, :, b:c] -= self.constants[1]
         for guide in self.guides:
             local = self._local(guide, x, rotation, shift)
-            shape, kind = guide.guide.shapes(x.shape[1]), guide.guide.kind
-            functions = kind.implicit((Taylor(local[..., 0]), Taylor(local[..., 1]), Taylor(local[..., 2])), shape)
-            _, slopes = kind.gradients(local[0].T, shape)
-            for row, f, s in zip(range(guide.rows.start, guide.rows.stop), functions, slopes, strict=True):
-                out[..., row] = coefficients(f, len(x) - 1, (x.shape[1],)) / np.sqrt((s * s).sum(0))
+            off = guide.guide.kind.distances(np.swapaxes(local, 1, 2), guide.guide.shapes(x.shape[1]))
+            out[..., guide.rows] = np.swapaxes(off, 1, 2)
         return out
 
     @cached_property
