@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -34,12 +34,12 @@ class Curve(continuation.Curve):
     def take(self, index: Array) -> Curve:
         return Curve(self.system.take(index), self.held[index], None if self.rows is None else self.rows[index])
 
-    def selected(self, y: Array) -> Curve:
+    def selected(self, y: Array) -> Self:
         """Return the curves with the best conditions in states (n, numbers)."""
         if not self.system.redundant:
             return self
         jacobian = self._every(y)[1][:, : self.system.rows]
-        return Curve(self.system, self.held, pivots(jacobian, len(self.system.use)))
+        return replace(self, rows=pivots(jacobian, len(self.system.use)))
 
     weight = property(attrgetter("system.weight"))
     redundant = property(attrgetter("system.redundant"))
@@ -74,17 +74,22 @@ class Curve(continuation.Curve):
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
         """Return residual (n, m - 1), Jacobian, value (n,) and gradient of the drive."""
+        f, values, jacobian = self._independent(y)
+        if values.shape[1] > 1:
+            f = np.concatenate([f, wrapped(self.system, values[:, :-1] - self.held)], axis=1)
+        return f, jacobian[:, :-1], values[:, -1], jacobian[:, -1]
+
+    def _independent(self, y: Array) -> tuple[Array, Array, Array]:
+        """Evaluate independent conditions, scalars, and the Jacobian of both."""
         rows = self.system.rows
         both, jacobian = self._every(y)
-        f, values, j = both[:, :rows], both[:, rows:], jacobian[:, :-1]
+        f, values = both[:, :rows], both[:, rows:]
         if self.system.redundant:
             use = np.broadcast_to(self.system.use, (len(y), len(self.system.use))) if self.rows is None else self.rows
             f = np.take_along_axis(f, use, axis=1)
-            own = np.take_along_axis(j[:, :rows], use[..., None], axis=1)
-            j = np.concatenate([own, j[:, rows:]], axis=1)
-        if values.shape[1] > 1:
-            f = np.concatenate([f, wrapped(self.system, values[:, :-1] - self.held)], axis=1)
-        return f, j, values[:, -1], jacobian[:, -1]
+            own = np.take_along_axis(jacobian[:, :rows], use[..., None], axis=1)
+            jacobian = np.concatenate([own, jacobian[:, rows:]], axis=1)
+        return f, values, jacobian
 
 
 def pivots(jacobian: Array, count: int) -> Array:

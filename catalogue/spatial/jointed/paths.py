@@ -1,175 +1,136 @@
-"""Continuation along a path of the values of all scalars."""
+"""Paths of the values of all scalars, followed by `continuation` as their parameter grows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ...kinematics.types import Array
-from ..continuation.curve import around, cubic
-from ..continuation.newton import LAST, solve
-from .curve import Curve
+from ..continuation.tracing import LONG, toward
+from .curve import Curve, tangents, wrapped
 from .newton import solved
 from .system import System
 
-#: Largest first correction at a node of a path [rad, units]: beyond it the next assembly may be
-#: nearer.
-REFUSED = 1e-2
-#: First correction at a node for which steps aim [rad, units]: that of single drives
-#: (`tracing.AIM`).
-AIM = 2e-3
-#: Largest second correction over the first: Newton's method contracts, or another assembly is near.
-CONTRACTION = 0.2
-#: First step along a path, in the change of its values [rad, units].
-FIRST = 0.1
-#: Shortest step [rad, units]: where shorter ones fail the values cannot go on.
-SHORTEST = 1e-7
-#: How far values between nodes may be off the cubic through them [rad, units]: poses start there.
-BOW = 1e-2
+#: Least arc length of the parameter from point to point [rad, units]: paths of points that are
+#: nearer each other are smooth beside it.
+LEAST = 0.02
 
 
 @dataclass(frozen=True)
 class Course:
-    """Values of all scalars along a path: `values` (n, f) and their rates (n, f) by its parameter,
-    from 0 to `end`.
+    """Values of all scalars through points, which overshoot none of them.
+
+    Attributes
+    ----------
+    factors : ndarray, shape (4, p - 1, n, f)
+        Of the cubics from point to point.
+    who : ndarray, shape (m,)
+        Which mechanisms go along it.
     """
 
-    values: Callable[[Any], Array]
-    rates: Callable[[Any], Array]
-    end: int
+    factors: Array
+    who: Array
 
     @staticmethod
     def through(points: Array) -> Course:
-        """Return the course through points (p, n, f), which overshoots none of their values."""
-        if len(points) == 1:
-            return Course(lambda _: points[0], lambda _: np.zeros_like(points[0]), 0)
+        """Return the course through points (p, n, f), p at least 2."""
         smooth = PchipInterpolator(np.arange(len(points)), points, axis=0)
-        return Course(smooth, smooth.derivative(), len(points) - 1)
+        return Course(smooth.c, np.arange(points.shape[1]))
 
-    def bow(self, a: float, b: float) -> float:
-        """Return how far values between two parameters are off the cubic through both."""
-        inner = np.arange(np.floor(a) + 1, np.ceil(b))
-        inner = inner if len(inner) < 64 else np.unique(np.linspace(inner[0], inner[-1], 64).round())
-        if not len(inner):
-            return 0.0
-        t, h = ((inner - a) / (b - a))[:, None, None], np.asarray(b - a)
-        there = cubic(t, h, self.values(a), self.values(b), self.rates(a), self.rates(b))
-        return float(np.abs(there - self.values(inner)).max())
+    def take(self, index: Array) -> Course:
+        """Return that of some mechanisms."""
+        return replace(self, who=self.who[index])
+
+    def __call__(self, at: Array) -> tuple[Array, Array]:
+        """Return values (m, f) at parameters (m,), and rates; straight on beyond the last point."""
+        end = self.factors.shape[1]
+        within = np.minimum(at, end)
+        i = np.clip(within.astype(int), 0, end - 1)
+        a, b, c, d = self.factors[:, i, self.who]
+        t = (within - i)[:, None]
+        rates = (3 * a * t + 2 * b) * t + c
+        return ((a * t + b) * t + c) * t + d + (at - within)[:, None] * rates, rates
 
 
 @dataclass(frozen=True)
-class Followed:
-    """Nodes of a path, as many as steps were made: parameter (k,), states and their rates (k, n,
-    numbers).
+class PathCurve(Curve):
+    """Poses at the values of a course; a state ends with its parameter over `speed`, the drive."""
 
-    States are NaN after a mechanism has stopped; `reached` (n,) is the parameter up to which it
-    came.
+    course: Course | None = None
+    speed: float = 1.0
+    periodic = False
+
+    @property
+    def weight(self) -> Array:
+        return np.append(self.system.weight, 1.0)
+
+    def take(self, index: Array) -> PathCurve:
+        assert self.course is not None
+        return replace(
+            self,
+            system=self.system.take(index),
+            held=self.held[index],
+            rows=None if self.rows is None else self.rows[index],
+            course=self.course.take(index),
+        )
+
+    def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        assert self.course is not None
+        f, values, jacobian = self._independent(y[:, :-1])
+        asked, rates = self.course(self.speed * y[:, -1])
+        off = wrapped(self.system, values - asked)
+        along, by = np.zeros((*jacobian.shape[:2], 1)), np.zeros((len(y), jacobian.shape[2] + 1))
+        along[:, f.shape[1] :, 0], by[:, -1] = -self.speed * rates, 1
+        return np.concatenate([f, off], axis=1), np.concatenate([jacobian, along], axis=2), y[:, -1], by
+
+    def selected(self, y: Array) -> PathCurve:
+        return super().selected(y[:, :-1])
+
+    def unitary(self, y: Array) -> Array:
+        return np.concatenate([self.system.unitary(y[:, :-1]), y[:, -1:]], axis=1)
+
+    def moved(self, y: Array, step: Array) -> Array:
+        return np.concatenate([self.system.moved(y[:, :-1], step[:, :-1]), y[:, -1:] + step[:, -1:]], axis=1)
+
+    def lifted(self, y: Array, step: Array) -> Array:
+        return np.concatenate([self.system.lifted(y[:, :-1], step[:, :-1]), step[:, -1:]], axis=1)
+
+    def compiled_step(self, march: object) -> None:
+        """Leave steps to numpy."""
+
+
+def follow(system: System, y: Array, points: Array) -> tuple[Array, Array]:
+    """Follow all scalars through points (p, n, f), from states (n, numbers) at the first.
+
+    Returns
+    -------
+    states : ndarray, shape (p, n, numbers)
+        NaN at points beyond the end of a motion.
+    reached : ndarray, shape (n,)
+        How far each mechanism came, in points from the first.
     """
-
-    parameter: Array
-    states: Array
-    rates: Array
-    reached: Array
-
-    def between(self, parameter: Array) -> Array:
-        """Return states (p, n, numbers) at parameters (p,), by cubics between nodes."""
-        if len(self.parameter) == 1:
-            return np.repeat(self.states, len(parameter), axis=0)
-        i = np.clip(np.searchsorted(self.parameter, parameter) - 1, 0, len(self.parameter) - 2)
-        h = (self.parameter[i + 1] - self.parameter[i])[:, None, None]
-        t = (parameter - self.parameter[i])[:, None, None] / h
-        found = cubic(t, h, self.states[i], self.states[i + 1], self.rates[i], self.rates[i + 1])
-        here = (t == 0) & np.ones_like(found, bool)  # a mechanism that stops after this node
-        return np.asarray(np.where(here, self.states[i], found))
-
-
-def follow(system: System, y: Array, course: Course) -> Followed:
-    """Follow a path of all scalars from states (n, numbers) at its beginning.
-
-    Predictor and corrector: Newton's method on conditions and scalars, from the cubic through the
-    last two nodes.
-    """
-    n, here, step = len(y), 0.0, 1.0
-    alive, reached = np.ones(n, bool), np.zeros(n)
-    rate, sign = _rates(Curve(system, np.zeros((n, 0))).selected(y), y, course, here)
-    nodes = [(here, y, rate)]
-    speed = np.abs(course.rates(0.0)).max(initial=0)
-    step = min(FIRST / speed if speed > FIRST else 1.0, float(course.end) or 1.0)
-    while here < course.end and alive.any():
-        to = min(here + step, float(course.end))
-        gone = np.abs(course.values(to) - course.values(here)).max(initial=0)
-        if course.bow(here, to) > BOW:
-            step *= 0.5
-            continue
-        some = np.flatnonzero(alive)
-        found, new_rate, size, good = _step(system, nodes, sign[some], some, course, to)
-        if not good.all():
-            if max(gone, speed * (to - here)) > SHORTEST and to - here > 1e-12 * course.end:
-                step = 0.5 * (to - here)
-                continue
-            alive[some[~good]] = False
-            if not alive.any():
-                break
-        y, rate = np.full_like(nodes[-1][1], np.nan), np.full_like(nodes[-1][2], np.nan)
-        y[some[good]], rate[some[good]] = found[good], new_rate[good]
-        nodes.append((to, y, rate))
-        here, speed = to, np.abs(course.rates(to)).max(initial=0)
-        reached[alive] = here
-        step = (to - nodes[-2][0]) * float(np.clip((AIM / max(size[good].max(), 1e-9)) ** 0.25, 0.3, 2.0))
-    parameter, states, rates = zip(*nodes, strict=True)
-    return Followed(np.array(parameter), np.stack(states), np.stack(rates), reached)
-
-
-def _step(
-    system: System, nodes: Sequence[Any], sign: Array, some: Array, course: Course, to: float
-) -> tuple[Array, ...]:
-    """Try a step: states, rates, sizes of first corrections, and accepted ones."""
-    here, y, rate = nodes[-1]
-    if len(nodes) > 1:
-        before, y0, rate0 = nodes[-2]
-        h = np.asarray(here - before)
-        guess = cubic(np.asarray(1 + (to - here) / h), h, y0[some], y[some], rate0[some], rate[some])
-    else:
-        guess = y[some] + (to - here) * rate[some]
-    part = system.take(some)
-    guess = part.unitary(guess)
-    values = course.values(to)[some]
-    curve = Curve(part, values[:, :-1]).selected(y[some])
-    if system.redundant:
-        sign = np.linalg.slogdet(_square(curve, y[some], values)[1])[0]
-    sizes = []
-    for _ in range(3):
-        f, square = _square(curve, guess, values)
-        off = solve(square, -f[..., None])[..., 0]
-        guess = part.moved(guess, off)
-        sizes.append(np.sqrt((off * off).sum(1)))
-        if not sizes[-1].max() > LAST:
-            break
-    second = sizes[1] if len(sizes) > 1 else np.zeros_like(sizes[0])
-    good = (sizes[0] <= REFUSED) & (second <= np.maximum(CONTRACTION * sizes[0], LAST)) & np.isfinite(guess).all(1)
-    new_rate, new_sign = _rates(curve, guess, course, to, some)
-    return guess, new_rate, sizes[0], good & (new_sign == sign)
-
-
-def _square(curve: Curve, y: Array, values: Array) -> tuple[Array, Array]:
-    """Return what conditions and scalars lack to values (n, f), and their square Jacobian."""
-    system, curve = curve.system, replace(curve, held=values[:, :-1])
-    f, j, value, by = curve(y)
-    last = around(value - values[:, -1]) if system.scalars[-1].periodic else value - values[:, -1]
-    return np.concatenate([f, last[:, None]], axis=1), np.concatenate([j, by[:, None]], axis=1)
-
-
-def _rates(curve: Curve, y: Array, course: Course, at: float, some: Array | None = None) -> tuple[Array, Array]:
-    """Solve for rates (n, numbers) by the path's parameter, with signs of Jacobians."""
-    wanted = course.rates(at) if some is None else course.rates(at)[some]
-    _, square = _square(curve, y, course.values(at) if some is None else course.values(at)[some])
-    right = np.zeros(square.shape[:2])
-    right[:, -wanted.shape[1] :] = wanted
-    return curve.system.lifted(y, solve(square, right[..., None])[..., 0]), np.linalg.slogdet(square)[0]
+    end, n = len(points) - 1, len(y)
+    states, reached = np.full((end + 1, *y.shape), np.nan), np.zeros(n)
+    states[0] = y
+    gone = float(np.abs(np.diff(points, axis=0)).max((1, 2), initial=0).sum())
+    speed = end / max(gone, LEAST * end) if end else 1.0
+    who, here = np.arange(n if end else 0), np.concatenate([y, np.zeros((n, 1))], axis=1)
+    while len(who):
+        curve = PathCurve(system, np.zeros((n, 0)), course=Course.through(points), speed=speed).take(who)
+        _, j, _, by = curve.selected(here)(here)
+        traces = toward(curve, here, tangents(j, by)[0], np.full(len(who), end / speed))
+        last = traces.last
+        came = np.where(traces.reason == "", end, np.minimum(speed * traces.nodes.drive[last], end))
+        passed = (np.arange(end + 1)[:, None] > reached[who]) & (np.arange(end + 1)[:, None] <= came)
+        point, one = np.nonzero(passed)
+        if len(point):
+            states[point, who[one]] = traces.between(one, point / speed)[0][:, :-1]
+        reached[who] = came
+        more = traces.reason == LONG
+        who, here = who[more], traces.nodes.y[last[more]]
+    return states, reached
 
 
 def corrected(system: System, states: Array, values: Array) -> Array:

@@ -106,16 +106,12 @@ def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], 
 
 def _moved(system: System, y: Array, points: Array, order: tuple[Scalar, ...], stops: list[list[str]]) -> Array:
     """Follow a path from states (n, numbers) to its points (p, n, f)."""
-    course = Course.through(points)
-    way = follow(system, y, course)
-    for i in np.flatnonzero(way.reached < course.end):
-        at = course.values(float(way.reached[i]))[i]
+    states, reached = follow(system, y, points)
+    for i in np.flatnonzero(reached < len(points) - 1):
+        at = Course.through(points).take(np.array([i]))(reached[[i]])[0][0]
         where = ", ".join(_shown(s, v, f.unit, f.angular) for s, v, f in zip(order, at, system.scalars, strict=True))
         stops[i].append(f"the path ends at {where}: {BEYOND}")
-    asked = np.arange(len(points), dtype=float)
-    found = way.between(np.minimum(asked, way.parameter[-1]))
-    found[asked[:, None] > way.reached] = np.nan
-    return corrected(system, found, points)
+    return corrected(system, states, points)
 
 
 def _shown(scalar: Scalar, value: float, unit: float, angular: bool) -> str:
