@@ -36,7 +36,7 @@ from ..problem.region import FAR, Region
 from ..quantities import BOUNDS, LENGTHS
 from ..refine.sqp import Refinement
 from ..search.search import Search
-from ..search.starts import SORTS, SearchReport
+from ..search.starts import KIND_CONSTRAINTS, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
 from .names import EMPTY, contradiction, option
@@ -177,7 +177,7 @@ class Explanation:
         if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
         if self.report.eligible and not self.report.refined:
-            bounds = [option(name) for name in wanted.active() if name not in SORTS]
+            bounds = [option(name) for name in wanted.active() if name not in KIND_CONSTRAINTS]
             remedy = "relax a bound" if wanted.returns else "leave --no-refine out"
             return (
                 f"no guide found: none of {self.report.eligible} stored reaches meets {', '.join(bounds) or 'this'} as "
