@@ -47,6 +47,12 @@ def ticks(low: float, high: float, most: int) -> list[float]:
     return [step * k for k in range(first, last + 1)]
 
 
+def segments(ends: Complexes, digits: int = 2) -> str:
+    """Return the data of a path of single lines, by their ends (n, 2)."""
+    places = np.round(np.asarray(ends), digits).view(float) + 0.0  # no -0
+    return "".join([f"M{a:.9g} {b:.9g}L{c:.9g} {d:.9g}" for a, b, c, d in places.tolist()])
+
+
 def polyline(z: Complexes, digits: int = 2) -> str:
     """Return the data of a path through points; it is interrupted where they are NaN."""
     parts, pen = [], "M"

@@ -14,6 +14,7 @@ import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from fractions import Fraction
+from itertools import chain
 from typing import Any
 
 from ..errors import InvalidRequest, quoted
@@ -121,13 +122,24 @@ def from_text(form: str, text: str) -> Request:
 
 def to_row(request: Request) -> dict[str, Any]:
     """Convert a request to cells of a table."""
-    return row_of(to_dict(request))
+    return {name: cells[0] for name, cells in columns_of([to_dict(request)]).items()}
 
 
-def row_of(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Convert a mapping of `to_dict`, or its JSON read again, to cells of a table."""
-    front = isinstance(given.get("rank_by"), list)
-    return {"pareto" if front and name == "rank_by" else name: _cell(name, value) for name, value in given.items()}
+def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
+    """Convert mappings of `to_dict`, or their JSON read again, to columns of cells; NaN if not given."""
+    found: dict[str, list[Any]] = {}
+    for name in dict.fromkeys(chain.from_iterable(rows)):
+        values = [row.get(name, math.nan) for row in rows]
+        listed = [isinstance(value, (list, Mapping)) for value in values]
+        if any(listed):
+            cells = [_cell(name, value) if many else value for value, many in zip(values, listed, strict=True)]
+            if name == "rank_by":  # a front has a column of its own
+                found["pareto"] = [cell if many else math.nan for cell, many in zip(cells, listed, strict=True)]
+                cells = [math.nan if many else cell for cell, many in zip(cells, listed, strict=True)]
+            values = cells
+        if name != "rank_by" or not all(listed):
+            found[name] = values
+    return found
 
 
 def column_order(names: Iterable[str]) -> list[str]:
@@ -292,16 +304,14 @@ def _toml(value: object) -> str:
     return repr(value)
 
 
-def _cell(name: str, value: Any) -> Any:
-    """Format a value for a cell of a table: lists as text."""
+def _cell(name: str, value: Any) -> str:
+    """Format a list or mapping for a cell of a table."""
     if isinstance(value, Mapping):
         return "; ".join(f"{key}={':'.join(map(repr, parts))}" for key, parts in value.items())
     if name == "keep_out":
         return "; ".join(" ".join(map(repr, _flat(zone))) for zone in value)
-    if isinstance(value, list):
-        texts = [one if isinstance(one, str) else repr(one) for one in _flat(value)]
-        return ("," if name == "rank_by" else " ").join(texts)
-    return value
+    texts = [one if isinstance(one, str) else repr(one) for one in _flat(value)]
+    return ("," if name == "rank_by" else " ").join(texts)
 
 
 def _flat(value: Sequence[object]) -> list[Any]:

@@ -7,21 +7,18 @@ each cell has a card, unless there are thousands.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ..draw.svg import pair, ticks
+from ..draw.svg import segments, ticks
 from ..errors import InvalidRequest
 from ..find.answers import candidate_of
 from ..markup import NOTHING, Markup, element
 from ..units import decimal
 from .contours import contours
 from .page import VALUES, answer_head, card, label, plain_words, standing_alone
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -42,13 +39,13 @@ class Layout:
 LAYOUT = Layout()
 
 
-def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", y: str = "") -> str:
+def page(columns: Mapping[str, list[Any]], records: dict[int, str], value: str, x: str = "", y: str = "") -> str:
     """Draw the map of a study.
 
     Parameters
     ----------
-    table : DataFrame
-        Table of `Study.to_pandas`.
+    columns : mapping of str to list
+        Those of `Study.to_pandas`.
     records : dict of int to str
         Records of the best answers to draw, by number.
     value : str
@@ -63,7 +60,7 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
     """
     if value not in VALUES:
         raise InvalidRequest(f"a map shows one of {', '.join(VALUES)}, not {value!r}")
-    axes = _axes(table)
+    axes = _axes(columns)
     names = sorted(axes, key=lambda name: -len(axes[name]))
     if wrong := [name for name in (x, y) if name and name not in axes]:
         raise InvalidRequest(f"{wrong[0]} does not vary in this study: its axes are {', '.join(names) or 'none'}")
@@ -72,7 +69,7 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
     if not x:
         raise InvalidRequest("a map needs an axis: all requests of this study are alike")
     others = [name for name in axes if name not in (x, y)]
-    rows: list[dict[str, Any]] = [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
+    rows = [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
     charts: dict[tuple[str, ...], list[dict[str, Any]]] = {}
     for row in rows:
         charts.setdefault(tuple(_text(row[name]) for name in others), []).append(row)
@@ -99,14 +96,17 @@ def page(table: pd.DataFrame, records: dict[int, str], value: str, x: str = "", 
     return standing_alone(title, told, drawn, cards)
 
 
-def _axes(table: pd.DataFrame) -> dict[str, list[str]]:
+def _axes(columns: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     """Return the values, as text, of the names with more than one value."""
-    names = [str(name) for name in table.columns]
-    asked = names[1 : names.index("status")]
-    found = {name: sorted({one for one in table[name].tolist() if one == one}, key=_sorting) for name in asked}
-    every = {name: [_text(one) for one in values] for name, values in found.items()}
-    gaps = {name: [""] * bool(table[name].isna().any()) for name in asked}
-    return {name: values + gaps[name] for name, values in every.items() if len(values) + len(gaps[name]) > 1}
+    names = [*columns]
+    found = {}
+    for name in names[1 : names.index("status")] if names else ():
+        values = {one for one in columns[name] if one == one}
+        gap = any(one != one for one in columns[name])
+        every = [_text(one) for one in sorted(values, key=_sorting)] + [""] * gap
+        if len(every) > 1:
+            found[name] = every
+    return found
 
 
 def _sorting(value: Any) -> tuple[int, float, str]:
@@ -226,8 +226,7 @@ def _levels(
     drawn = []
     for level, ends in zip(levels, contours(values, kinds, levels), strict=True):
         x, y = LAYOUT.labels[0] + (ends.real + 0.5) * wide, (ends.imag + 0.5) * high
-        data = "".join(f"M{pair(one)}L{pair(other)}" for one, other in (x + 1j * y).tolist())
-        if data:
+        if data := segments(x + 1j * y):
             drawn.append(element("path", element("title", f"{level:.4g}"), d=data, class_="level"))
     return drawn
 

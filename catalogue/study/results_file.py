@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, ClassVar
 
-from sqlalchemy import func, insert, select
+from sqlalchemy import func, insert, null, select
 from sqlalchemy.orm import aliased
 
 from .. import __version__
@@ -115,18 +115,24 @@ class ResultsFile:
                 found[number] = [*connection.scalars(query.where(*where))]
         return found
 
-    def last(self, number: int | None = None) -> Iterator[Any]:
-        """Yield the last result and the best record of each request, or of one, in order."""
+    def last(self, number: int | None = None, shown: Sequence[str] = ()) -> Iterator[Any]:
+        """Yield the last result of each request, or of one, in order.
+
+        Parameters
+        ----------
+        number : int, optional
+        shown : sequence of str
+            Names of values of the best answer, which `best` holds as a list in JSON.
+        """
         newest = select(ResultRow.request_id, func.max(ResultRow.round).label("round")).group_by(ResultRow.request_id)
         last, counted = newest.subquery(), aliased(AnswerRow)
         of_last = (counted.request_id == RequestRow.id) & (counted.round == last.c.round)
         count = select(func.count(counted.place)).where(of_last).correlate(RequestRow, last).scalar_subquery()
         best = (AnswerRow.request_id == RequestRow.id) & (AnswerRow.round == last.c.round) & (AnswerRow.place == 0)
-        columns = (ResultRow.status, ResultRow.reason, ResultRow.advice, ResultRow.seconds)
+        columns = (ResultRow.status, ResultRow.reason, ResultRow.advice, ResultRow.seconds, AnswerRow.code)
+        values = func.json_extract(AnswerRow.record, *(f"$.{name}" for name in shown)) if shown else null()
         query = (
-            select(
-                RequestRow.id, RequestRow.request, *columns, AnswerRow.code, AnswerRow.record, count.label("answers")
-            )
+            select(RequestRow.id, RequestRow.request, *columns, count.label("answers"), values.label("best"))
             .outerjoin(last, last.c.request_id == RequestRow.id)
             .outerjoin(ResultRow, (ResultRow.request_id == RequestRow.id) & (ResultRow.round == last.c.round))
             .outerjoin(AnswerRow, best)

@@ -22,7 +22,7 @@ from ..find.candidate import Candidate
 from ..find.explain import Advice, Relaxation
 from ..folders import replacing
 from ..given import several, whole
-from ..problem.forms import column_order, row_of
+from ..problem.forms import column_order, columns_of
 from ..problem.problem import Request
 from ..quantities import QUANTITIES
 from ..store.digest import content_digest
@@ -263,10 +263,14 @@ class Study:
         """
         import pandas as pd
 
-        last, chunk = self._file.last(), self._file.chunk
+        return pd.DataFrame(self._table(seconds=seconds))
+
+    def _table(self, *, seconds: bool = False) -> dict[str, list[Any]]:
+        """Return the columns of the table by name; none without requests."""
+        last, chunk = self._file.last(shown=SHOWN), self._file.chunk
         parts = [_columns(rows, seconds=seconds) for rows in iter(lambda: [*islice(last, chunk)], [])]
         if not parts:
-            return pd.DataFrame()
+            return {}
         asked = column_order({name: None for part, _ in parts for name in part})
         blank = [nan] * chunk
         found: dict[str, list[Any]] = {"number": []}
@@ -275,7 +279,7 @@ class Study:
             count = len(results["number"])
             for name, column in found.items():
                 column += results[name] if name in results else posed.get(name, blank)[:count]
-        return pd.DataFrame(found)
+        return found
 
     def map(self, file: str | PathLike[str], *, value: str = "score", x: str = "", y: str = "") -> None:
         """Write the map as a page of HTML that stands alone.
@@ -299,10 +303,11 @@ class Study:
         """
         from .chart import LAYOUT, page
 
-        state = self._file.done()
-        keys = {number: place for number, (place, _, _) in state.items()} if len(state) <= LAYOUT.drawn else {}
+        columns = self._table()
+        few = len(columns.get("number", ())) <= LAYOUT.drawn
+        keys = {number: place for number, (place, _, _) in self._file.done().items()} if few else {}
         best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
-        _write(file, page(self.to_pandas(), best, value, x, y))
+        _write(file, page(columns, best, value, x, y))
 
     def front(self, file: str | PathLike[str], number: int = 1, *, x: str = "", y: str = "") -> None:
         """Write the Pareto front of a request as a page of HTML that stands alone.
@@ -345,11 +350,9 @@ class Study:
 
 def _columns(rows: Sequence[Any], *, seconds: bool) -> tuple[dict[str, list[Any]], dict[str, list[Any]]]:
     """Return the columns of requests and of their results."""
-    asked: dict[str, list[Any]] = {}
-    for k, given in enumerate(json.loads(f"[{','.join(row.request for row in rows)}]")):
-        for name, value in row_of(given).items():
-            asked.setdefault(name, [nan] * len(rows))[k] = value
-    best = json.loads(f"[{','.join(row.record or '{}' for row in rows)}]")
+    asked = columns_of(json.loads(f"[{','.join(row.request for row in rows)}]"))
+    blank = json.dumps([None] * len(SHOWN))
+    best = zip(*json.loads(f"[{','.join(row.best or blank for row in rows)}]"), strict=True)
     results: dict[str, list[Any]] = {
         "number": [row.id for row in rows],
         "status": [row.status or "open" for row in rows],
@@ -358,7 +361,7 @@ def _columns(rows: Sequence[Any], *, seconds: bool) -> tuple[dict[str, list[Any]
         "advice": [_told(row.advice) if row.advice else "" for row in rows],
         "code": [row.code or "" for row in rows],
     }
-    results |= {f"best_{name}": [one.get(name) for one in best] for name in SHOWN}
+    results |= {f"best_{name}": [*values] for name, values in zip(SHOWN, best, strict=True)}
     return asked, results | ({"seconds": [row.seconds for row in rows]} if seconds else {})
 
 

@@ -47,6 +47,13 @@ def drawn(study: Study, tmp_path: Path, **how: str) -> str:
     return (tmp_path / "map.html").read_text("utf-8")
 
 
+def test_a_study_without_requests_has_no_axis(tmp_path: Path) -> None:
+    study = Study((), tmp_path / "x.study")
+    assert study.to_pandas().empty
+    with pytest.raises(InvalidRequest, match="a map needs an axis"):
+        study.map(tmp_path / "map.html")
+
+
 @pytest.mark.slow
 def test_each_request_is_a_cell_that_leads_to_its_card(study: Study, answers: list[Candidate], tmp_path: Path) -> None:
     text = drawn(study, tmp_path)
