@@ -84,6 +84,20 @@ def _folder() -> str:
     return ""
 
 
+@contextmanager
+def uncounted() -> Iterator[None]:
+    """Do work of this program inside code of a plugin, such as compiling: it does not count to its limit."""
+    start, alarms = time.monotonic(), [*_Alarm.running]
+    for alarm in alarms:
+        alarm.held += 1
+    try:
+        yield
+    finally:
+        for alarm in alarms:
+            alarm.end += time.monotonic() - start
+            alarm.held -= 1
+
+
 def press_ctrl_c() -> None:
     """Interrupt the main thread from another one; on POSIX even while it sleeps."""
     import _thread
@@ -105,6 +119,7 @@ class _Alarm:
 
     def __init__(self, limit: float, where: str) -> None:
         self.limit, self.where, self.rang = limit, where, False
+        self.end, self.held = time.monotonic() + limit, 0  # while it is held it does not ring
         self.over = threading.Event()
         main = threading.current_thread() is threading.main_thread()
         self.thread = threading.Thread(target=self.ring, daemon=True) if main else None
@@ -114,8 +129,9 @@ class _Alarm:
 
         End the process if interrupts have no effect.
         """
-        if self.over.wait(self.limit):
-            return
+        while self.held or self.end > time.monotonic():
+            if self.over.wait(max(self.end - time.monotonic(), PAUSE if self.held else 0.0)):
+                return
         self.rang, last = True, time.monotonic() + self.limit
         while time.monotonic() < last:
             press_ctrl_c()

@@ -20,7 +20,7 @@ import pytest
 import catalogue.errors
 from catalogue.cli import _interrupt_again
 from catalogue.errors import PluginError, one_line, printable
-from catalogue.foreign_code import foreign
+from catalogue.foreign_code import foreign, uncounted
 from catalogue.plugin.registry import Registry
 
 ALL = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "attacks" / "misbehaving.py")))
@@ -132,6 +132,18 @@ def test_what_takes_too_long_is_interrupted(monkeypatch: pytest.MonkeyPatch, ctr
         endless()
     assert 0.3 <= time.monotonic() - start < 5
     assert signal.getsignal(signal.SIGINT) is ctrl_c
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("ctrl_c")
+def test_work_of_the_program_inside_a_plugin_does_not_count_to_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("catalogue.foreign_code.LIMIT", 0.3)
+    with foreign("a plugin"), uncounted():
+        time.sleep(1.0)
+    with pytest.raises(PluginError, match=r"^it takes longer than 0.3 s$"), foreign("a plugin"):  # noqa: PT012
+        with uncounted():
+            time.sleep(0.5)
+        time.sleep(60)
 
 
 def test_an_error_that_cannot_speak_is_still_told() -> None:

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ...foreign_code import uncounted
 from ...kinematics.types import Array
 from ...progress import busy
 
@@ -34,7 +35,7 @@ def call(function: Any, *given: Any) -> Any:
     """Call a compiled function; where numba takes its time to compile it, say so."""
     if function.overloads:
         return function(*given)
-    with busy("compiling sweeps in space, for this and later processes"):
+    with busy("compiling sweeps in space, for this and later processes"), uncounted():
         return function(*given)
 
 
