@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from jobs import JOBS, Job
 from measuring import arguments, table, title
-from rivals import History, evolved_on_kernel, evolved_on_plain, multistarted, swarmed
+from rivals import History, evolved_compiled, evolved_on_kernel, evolved_on_plain, multistarted, swarmed
 
 import catalogue
 
@@ -35,8 +35,9 @@ EXPLAINED = """\
 Half the width of the narrowest strip (annulus) over the stroke, of the best linkage known after so many seconds; each
 is measured on its finite motion, whatever its way took it for.  Optimisers vary the eight coordinates of the pivots,
 the guided point being the origin (job c: the moving pivots and the height of the point); they had {:g} s.  The
-plain objective samples the path at crank angles; the one in batches is the measurement of this catalogue, 320 linkages
-at once; the swarm is that of pylinkage; least squares and minimax start from random linkages, over and over.
+plain objective samples the path at crank angles; compiled it is written for the jobs (a) to (c) only; the one in
+batches is the measurement of this catalogue, 320 linkages at once; the swarm is that of pylinkage; least squares and
+minimax start from random linkages, over and over.
 """
 
 
@@ -52,6 +53,18 @@ def with_find(job: Job, database: Path, refine: bool) -> History:
         for effort in EFFORTS:
             start = time.perf_counter()
             found = ask(refine=refine, effort=effort)
+            history.append((time.perf_counter() - start, found[0].deviation if found else np.inf))
+    return history
+
+
+def with_improving(job: Job, database: Path) -> History:
+    """Warm: the answers while the search goes on."""
+    history: History = [(0.0, np.inf)]
+    request = catalogue.Request.of(job.request, families=["four-bar"], rank_by="deviation", limit=5, **job.constraints)
+    with catalogue.open(database, build=False) as cat:
+        cat.find(request)
+        start = time.perf_counter()
+        for found in cat.improving(request):
             history.append((time.perf_counter() - start, found[0].deviation if found else np.inf))
     return history
 
@@ -75,7 +88,9 @@ WAYS: dict[str, Callable[[Job, Path, float], History]] = {
     "find, refined, cold process": lambda job, file, _: with_cold_find(job, file),
     "find, warm": lambda job, file, _: with_find(job, file, refine=False),
     "find, warm, refined": lambda job, file, _: with_find(job, file, refine=True),
+    "find, warm, improving": lambda job, file, _: with_improving(job, file),
     "differential evolution, plain objective": lambda job, _, limit: evolved_on_plain(job, limit),
+    "differential evolution, compiled objective": lambda job, _, limit: evolved_compiled(job, limit),
     "differential evolution, this kernel in batches": lambda job, _, limit: evolved_on_kernel(job, limit),
     "swarm of pylinkage, plain objective": lambda job, _, limit: swarmed(job, limit),
     "least squares and minimax, many starts": lambda job, _, limit: multistarted(job, limit),
@@ -132,7 +147,7 @@ def plot(report: Path, jobs: Sequence[Job], found: list[tuple[Job, str, History]
     import matplotlib.pyplot as plt
 
     figure, panels = plt.subplots(1, len(jobs), figsize=(3.8 * len(jobs) + 1, 4.6), sharey=True, squeeze=False)
-    colours = ["#0072b2", "#56b4e9", "#d55e00", "#999999", "#555555", "#009e73", "#cc79a7"]
+    colours = ["#0072b2", "#56b4e9", "#d55e00", "#999999", "#555555", "#009e73", "#cc79a7", "#e69f00", "#f0e442"]
     for axes, job in zip(panels[0], jobs, strict=True):
         for colour, name in zip(colours, WAYS, strict=True):
             (history,) = [h for j, n, h in found if j is job and n == name]

@@ -9,9 +9,10 @@ import contextlib
 import time
 import warnings
 from itertools import count
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from compiled_objective import compiled
 from jobs import STATIONS, Array, Job, errors, measured, plain, sampled
 from scipy.interpolate import CubicSpline
 from scipy.optimize import differential_evolution, least_squares, minimize
@@ -74,6 +75,29 @@ def evolved_on_plain(job: Job, limit: float) -> History:
     with contextlib.suppress(OutOfTime):
         for seed in count(1):
             differential_evolution(watch.plain, bounds, maxiter=10**6, seed=seed)
+    return watch.history
+
+
+def evolved_compiled(job: Job, limit: float) -> History:
+    """Differential evolution on the plain objective compiled by numba, a population at once."""
+    objective, watch = compiled(job), Watch(job, limit)
+    if objective is None:
+        return watch.history
+
+    def noted(x: Array) -> Array:
+        value = np.asarray(objective(x))
+        if value.min() < watch.best:
+            watch.best = float(value.min())
+            watch.saw(float(measured(job, x[:, [int(value.argmin())]])[0]))
+        elif time.perf_counter() - watch.start > limit:
+            raise OutOfTime
+        return value
+
+    watch.start, batch, bounds = time.perf_counter(), cast(Any, noted), cast(Any, job.bounds)
+    with contextlib.suppress(OutOfTime):
+        for seed in count(1):
+            differential_evolution(batch, bounds, vectorized=True, updating="deferred", maxiter=10**6, polish=False,
+                                   seed=seed)  # fmt: skip
     return watch.history
 
 
