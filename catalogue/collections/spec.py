@@ -227,6 +227,10 @@ class Collection:
         Answers are then measured, traced and exported like a user's own mechanism.
     pinned : sequence of str, optional
         Families whose joints are all pins; None if that is not known.
+    specimens : int
+        How many are drawn on first use, in all.
+    block : int
+        Mechanisms that are drawn together.
 
     Raises
     ------
@@ -250,6 +254,8 @@ class Collection:
     starts: Starts | None = None
     mechanism: Mechanism | None = None
     pinned: Sequence[str] | None = None
+    specimens: int = 3000
+    block: int = 192
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -271,6 +277,8 @@ class Collection:
         for name in ("draw", "measure", "classify", "plot"):
             if not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
+        if not all(isinstance(number, int) and number > 0 for number in (self.specimens, self.block)):
+            raise PluginError(f"{what}: specimens and block must be positive whole numbers")
         for name in ("refine", "starts", "mechanism"):
             if getattr(self, name) is not None and not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")

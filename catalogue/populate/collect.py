@@ -26,17 +26,13 @@ from .fill import Progress
 
 
 class CollectOptions(NamedTuple):
-    """Numbers of specimens of a collection."""
+    """Limits of specimens of a collection."""
 
-    specimens: int = 3000  #: default number of specimens
-    block: int = 192  #: number of mechanisms sampled together
     barren: int = 8  #: number of successive blocks without a specimen after which a family is given up
+    most: int = 50  #: largest number of specimens of a mechanism, which may guide several elements
 
 
 COLLECTING = CollectOptions()
-
-#: Largest number of specimens of a block: a mechanism may guide several elements.
-MOST = 50 * COLLECTING.block
 
 
 def collect(
@@ -53,7 +49,7 @@ def collect(
     Stored blocks count: an interrupted build is continued, and a larger count extends a smaller
     one. Equal seeds and counts give equal content, in whole blocks; specimens of another seed, plan
     or version of the plugin are removed first. By default count and seed are those of the last
-    build, else `COLLECTING.specimens` and 0. `report` is called after each block.
+    build, else that of the collection and 0. `report` is called after each block.
 
     Raises
     ------
@@ -67,7 +63,7 @@ def collect(
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
-    count = begun.get("count", COLLECTING.specimens) if count is None else count
+    count = begun.get("count", collection.specimens) if count is None else count
     seed = begun.get("seed", 0) if seed is None else seed
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     database.check()
@@ -167,7 +163,7 @@ def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[
     compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
     try:
         with foreign(f"collection {collection.name}"):
-            specimens = list(islice(collection.draw(family, rng, COLLECTING.block), MOST))
+            specimens = list(islice(collection.draw(family, rng, collection.block), COLLECTING.most * collection.block))
             for specimen in specimens:
                 collection.owns(specimen)
             return [

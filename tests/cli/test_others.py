@@ -21,7 +21,6 @@ import pytest
 from catalogue import Catalogue, StraightLine
 from catalogue import open as catalogue_open
 from catalogue.folders import replacing
-from catalogue.populate.collect import COLLECTING
 
 Run = Callable[..., Any]
 SWINGS = Path(__file__).parents[1] / "collections" / "dropin"
@@ -505,8 +504,7 @@ def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_build_draws_a_collection(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("catalogue.populate.collect.COLLECTING", COLLECTING._replace(block=32))
+def test_build_draws_a_collection(run: Run, tmp_path: Path) -> None:
     options = ("--collection", "swings", "--plugins", SWINGS, "--db", tmp_path / "some.db")
     for told in ("drawing swings", "nothing to do"):
         done = run("build", *options, "--count", 20)

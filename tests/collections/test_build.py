@@ -61,7 +61,7 @@ def test_an_interrupted_build_goes_on(make: Make) -> None:
         pass
 
     def stop(progress: Any) -> None:
-        if progress.rows > COLLECTING.block:
+        if progress.rows > 192:
             raise Stop
 
     with make("one") as whole, make("other") as cut:
@@ -173,5 +173,5 @@ def test_a_kill_leaves_whole_blocks(swings_db: Path) -> None:
     """Every block that is there is there in full: they are written in one transaction each."""
     with closing(sqlite3.connect(swings_db)) as connection:
         sizes = connection.execute("SELECT family, block, count(*) FROM specimens GROUP BY family, block").fetchall()
-    assert {n for family, _, n in sizes if family == "roller"} == {COLLECTING.block}
-    assert {n for family, _, n in sizes if family == "pendulum"} == {2 * COLLECTING.block}
+    assert {n for family, _, n in sizes if family == "roller"} == {192}
+    assert {n for family, _, n in sizes if family == "pendulum"} == {2 * 192}

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -24,7 +25,7 @@ from catalogue.collections.results import CollectionCandidate
 from catalogue.find.answers import record, text_of
 from catalogue.find.codes import code_of
 from catalogue.plugin.registry import Registry
-from catalogue.populate.collect import COLLECTING
+from catalogue.populate.collect import collect
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
 from tests.precision import SWITCHED
@@ -54,12 +55,12 @@ def cat(once: Callable[..., Path]) -> Iterator[Catalogue]:
 
     def build(path: Path) -> None:
         with catalogue.open(path, build=False) as opened:
-            opened.build_collection("spatial-guidance", count=6)
+            collection = opened.registry.collection("spatial-guidance")
+            version = opened.registry.provider(collection.name).version
+            collect(opened.database, replace(collection, block=32), version, count=6)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("catalogue.populate.collect.COLLECTING", COLLECTING._replace(block=32))
-        with catalogue.open(once("spatial.db", build), build=False) as opened:
-            yield opened
+    with catalogue.open(once("spatial.db", build), build=False) as opened:
+        yield opened
 
 
 # -- by another route -------------------------------------------------------------------------------------------------

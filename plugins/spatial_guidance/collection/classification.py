@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from catalogue.plugin import Array, Tags
-from catalogue.spatial import matrix
+from catalogue.spatial import Mechanisms, matrix
 
 from .plain_data import strokes
 
@@ -42,26 +42,29 @@ SPECIAL: dict[str, tuple[str, ...]] = {
 
 def classify(parameters: Mapping[str, Any]) -> Tags:
     """Classify a mechanism: class, degeneration series, guides in order, well-known cases."""
-    m = strokes([parameters]).mechanisms
-    kinds = [g.kinds[0].name.partition(":")[0] for g in m.guides]
-    names = []
-    if tuple(sorted(kinds)) in NAMED:
-        names.append(NAMED[tuple(sorted(kinds))])
-    if kinds.count("circle") == 2 and m.name == "III":
-        names.append("RSSR")
-    if sorted(kinds[:2]) == ["circle", "line"] and m.name == "III":
-        names.append("RSSP")
-    body = m.body[0]
-    if planar(kinds, body, _axes(m), m.diameter[0]):
-        names.append("planar")
-    if spherical(kinds, body, _axes(m), np.array([g.origin[0] for g in m.guides]), str(m.series[0]), m.diameter[0]):
-        names.append("spherical")
-    return Tags(m.name, str(m.series[0]), " ".join(kinds), tuple(names))
+    return classified(strokes([parameters]).mechanisms)[0]
 
 
-def _axes(m: Any) -> Array:
-    """Return the local Z of each guide, shape (p, 3)."""
-    return np.array([matrix(g.quaternion[:1].T)[:, 2, 0] for g in m.guides])
+def classified(m: Mechanisms) -> list[Tags]:
+    """Classify each of the mechanisms."""
+    axes = np.stack([matrix(g.quaternion.T)[:, 2].T for g in m.guides], axis=1)
+    origins = np.stack([g.origin for g in m.guides], axis=1)
+    out = []
+    for j, (body, z, at, series, size) in enumerate(zip(m.body, axes, origins, m.series, m.diameter, strict=True)):
+        kinds = [g.kinds[g.which[j]].name.partition(":")[0] for g in m.guides]
+        names = []
+        if tuple(sorted(kinds)) in NAMED:
+            names.append(NAMED[tuple(sorted(kinds))])
+        if kinds.count("circle") == 2 and m.name == "III":
+            names.append("RSSR")
+        if sorted(kinds[:2]) == ["circle", "line"] and m.name == "III":
+            names.append("RSSP")
+        if planar(kinds, body, z, size):
+            names.append("planar")
+        if spherical(kinds, body, z, at, str(series), size):
+            names.append("spherical")
+        out.append(Tags(m.name, str(series), " ".join(kinds), tuple(names)))
+    return out
 
 
 def planar(kinds: list[str], body: Array, axes: Array, size: float) -> bool:

@@ -27,7 +27,7 @@ COLLECTION = Collection(
     name="spatial-guidance",
     title="Bodies guided in space by points on surfaces and curves",
     source="Mangeron, Oğuztöreli and Plitea 1970",
-    plan="1",
+    plan="2",
     families={family: tuple(series) for family, series in COINCIDENCES.items()},
     metrics=METRICS,
     draw=draw,
@@ -36,4 +36,6 @@ COLLECTION = Collection(
     plot=plot,
     special=SPECIAL,
     refine=refine,
+    specimens=1000,
+    block=80,
 )

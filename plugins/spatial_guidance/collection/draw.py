@@ -16,7 +16,7 @@ import numpy as np
 from catalogue.plugin import LENGTH, Array, Specimen
 from catalogue.spatial import Guides, Mechanisms, Positions, follow, matrix, quaternion
 
-from .classification import classify
+from .classification import classified
 from .measures import METRICS, Motion, fitted, known, numbers, run
 from .minimum_zone import unit
 from .plain_data import Strokes, plain
@@ -148,8 +148,7 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
         return []
     placed = given[keep].moved(1 / fit.stroke[keep], fit.axes[keep], fit.start[keep])
     out = []
-    for j, data in zip(keep, plain(placed), strict=True):
-        tags = classify(data)
+    for j, data, tags in zip(keep, plain(placed), classified(placed.mechanisms), strict=True):
         unit_of = {name: fit.stroke[j] if metric.unit == LENGTH else 1.0 for name, metric in METRICS.items()}
         metrics = {name: float(values[name][j] / unit_of[name]) for name in METRICS}
         out.append(Specimen(tags.family, tags.series, tags.configuration, kind, float(relative[j]), data, metrics))

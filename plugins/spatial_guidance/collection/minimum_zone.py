@@ -7,8 +7,8 @@ In the frame of a line or circle nearby a distance is, to first order, the modul
 components, each less a combination of known functions: 1 and the abscissa for both components of
 the distance from a line; 1, cos and sin of the angle about the axis for the radial and the axial
 component of that from a circle.  Lawson's iteration (weights grow with the distance) finds the best
-combinations for both components together; then the frame is updated.  The weighted mean square
-never exceeds the least maximum (duality) and bounds the error of the result.
+combinations for both components together, in Chebyshev steps; then the frame is updated.  The
+weighted mean square never exceeds the least maximum (duality) and bounds the error of the result.
 """
 
 from __future__ import annotations
@@ -27,6 +27,11 @@ class Lawson(NamedTuple):
     tight: float = 1e-3  #: gap between modulus and lower bound in the last frame
     loose: float = 0.01  #: gap in the frames before the last one
     steps: int = 400  #: largest number of steps
+    #: Powers of the distance by which weights grow, in turn: the inverses are the Chebyshev points
+    #: of 0.05 ... 1.1, so that slow parts of the error fall too (D. M. Young, J. Math. Phys. 32
+    #: (1953) 243-255).  With the power 1 alone it takes four times as many steps.
+    powers: tuple[float, ...] = (0.924, 2.277, 1.057, 4.908, 1.407, 14.73)
+    least: float = 1e-15  #: least weight [sum of the weights]
     line_frames: int = 3  #: number of successive frames of a line
     circle_frames: int = 4  #: number of successive frames of a circle
 
@@ -157,7 +162,7 @@ def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
     scale, eye = np.abs(values).max((1, 2)), np.eye(basis.shape[2])
     who = np.flatnonzero(np.isfinite(values).all((1, 2)) & np.isfinite(basis).all((1, 2, 3)))
     kept[np.setdiff1d(np.arange(n), who)] = np.nan
-    for _ in range(LAWSON.steps):
+    for step in range(LAWSON.steps):
         y, f, w = values[who], basis[who], weight[who]
         weighted = f * w[:, None, None]
         normal = weighted @ np.swapaxes(f, 2, 3)
@@ -170,7 +175,8 @@ def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
         better = worst < best[who]
         best[who[better]], kept[who[better]] = worst[better], c[better]
         left = best[who] > bound[who] * (1 + tight) + 1e-15 * scale[who]
-        weight[who] = w * error / np.maximum((w * error).sum(1, keepdims=True), 1e-300)
+        grown = w * (error / np.maximum(worst, 1e-300)[:, None]) ** LAWSON.powers[step % len(LAWSON.powers)]
+        weight[who] = np.maximum(grown / np.maximum(grown.sum(1, keepdims=True), 1e-300), LAWSON.least)
         who = who[left]
         if not len(who):
             break
