@@ -85,17 +85,17 @@ class Page:
             return False
 
         wish = self.form.wish(EXAMPLE.items())
-        lanes = [(self.desk.quick, False), (self.desk.thorough, True)]
+        lanes = [(self.desk.quick, "draft"), (self.desk.thorough, "refined")]
         first = [
             self.desk.ask(
-                ("warm", lane.count - k, refined),
+                ("warm", lane.count - k, stage),
                 lane,
                 never,
-                partial(asked.search, refined=refined),
+                partial(asked.search, stage=stage),
                 wish.request,
                 wish.starts,
             )
-            for lane, refined in lanes
+            for lane, stage in lanes
             for k in range(lane.count)
         ]
         await asyncio.gather(*first)
@@ -118,10 +118,10 @@ class Page:
         lane = self.desk.quick if quick else self.desk.thorough
         return await self.desk.ask(key, lane, request.is_disconnected, task, *arguments)
 
-    async def _answers(self, request: Request, wish: Wish, *, refined: bool) -> asked.Answers:
-        task = partial(asked.search, refined=refined)
-        key = ("answers", wish.request, wish.starts, refined)
-        found: asked.Answers = await self.ask(request, key, task, wish.request, wish.starts, quick=not refined)
+    async def _answers(self, request: Request, wish: Wish, stage: str) -> asked.Answers:
+        task, quick = partial(asked.search, stage=stage), stage != "refined"
+        key = ("answers", wish.request, wish.starts, stage)
+        found: asked.Answers = await self.ask(request, key, task, wish.request, wish.starts, quick=quick)
         return found
 
     async def _found(self, request: Request) -> dict[str, Any]:
@@ -129,9 +129,9 @@ class Page:
         given = request.query_params.multi_items()
         try:
             wish = self.form.wish(given)
-            known = self.desk.knows(("answers", wish.request, wish.starts, True))
-            refined = known or request.query_params.get("stage") == "refined"
-            answers = await self._answers(request, wish, refined=refined)
+            known = self.desk.knows(("answers", wish.request, wish.starts, "refined"))
+            stage = request.query_params.get("stage", "draft")
+            answers = await self._answers(request, wish, "refined" if known or stage not in asked.STAGES else stage)
         except WishError as error:
             return {"error": str(error), "field": error.field}
         except InvalidRequest as error:

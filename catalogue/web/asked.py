@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ..find.explain import Advice
 
 _OPEN: list[Catalogue] = []
+#: Stages of the answers: the best stored guide of each kind, the first answers of a search, its last.
+STAGES = ("draft", "early", "refined")
 
 
 def begin(path: Path, plugins: Sequence[str]) -> Begin:
@@ -52,20 +54,26 @@ class Answers:
     first: tuple[Card, ...]
     others: tuple[Card, ...]
     count: int  #: number of all answers, including those not shown at first
-    refined: bool
+    stage: str  #: one of `STAGES`
     advice: Advice | None  #: reason for an empty result, and relaxations
 
+    @property
+    def refined(self) -> bool:
+        """Whether these are the last answers."""
+        return self.stage == STAGES[-1]
 
-def search(request: Request, starts: Sequence[str], *, refined: bool) -> Answers:
-    """Answer a request with refined guides, or fast with the best stored guide of each kind."""
-    catalogue = opened()
+
+def search(request: Request, starts: Sequence[str], *, stage: str) -> Answers:
+    """Answer a request, up to a stage."""
+    catalogue, last = opened(), stage == STAGES[-1]
     guides = [recall(code, catalogue.registry.collection) for code in starts]
-    found = catalogue.find(request.with_(refine=refined), starts=guides)
-    codes = found.remember() if refined else [""] * len(found)
+    wanted = request.with_(effort=0) if stage == "early" else request.with_(refine=last)
+    found = catalogue.find(wanted, starts=guides)
+    codes = found.remember() if last else [""] * len(found)
     first, others = variety([*zip(found, codes, strict=True)], [(one.family, one.series) for one in found])
     cards = [
         [card(one, code, drawing(one), in_words(one.series)) for one, code in part]
-        for part in (first, others if refined else [])
+        for part in (first, others if last else [])
     ]
-    advice = found.explanation.advice() if refined and not found else None
-    return Answers(tuple(cards[0]), tuple(cards[1]), len(found), refined, advice)
+    advice = found.explanation.advice() if last and not found else None
+    return Answers(tuple(cards[0]), tuple(cards[1]), len(found), stage, advice)

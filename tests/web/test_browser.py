@@ -141,6 +141,17 @@ def test_a_slider_that_is_dragged_asks_for_first_answers_only(opened: Callable[.
         assert stages[-1] == "refined"
 
 
+def test_where_no_stored_guide_serves_the_first_that_are_found_are_asked_for(opened: Callable[..., Any]) -> None:
+    with opened(WISH) as page:
+        page.wait_for_selector(SETTLED)
+        stages: list[str] = []
+        page.on("request", lambda one: stages.append(parse_qs(urlsplit(one.url).query).get("stage", [""])[0]))
+        hard = {"deviation": "0.05", "max_size": "200", "min_transmission": "50"}
+        page.goto(page.url.replace("deviation=0.5", "&".join(f"{name}={value}" for name, value in hard.items())))
+        page.wait_for_selector(f"{SETTLED} .card")
+        assert [stage for stage in stages if stage] == ["early", "refined"]
+
+
 def test_drawings_move_and_stand_still_when_told(opened: Callable[..., Any]) -> None:
     with opened(WISH) as page:
         page.wait_for_selector(f"{REFINED} .card")

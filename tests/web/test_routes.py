@@ -94,6 +94,17 @@ def test_a_card_of_each_kind_comes_first(page: TestClient) -> None:
 
 
 @pytest.mark.slow
+def test_where_no_stored_guide_serves_the_first_that_are_found_come_before_the_last(page: TestClient) -> None:
+    wish = {**WISH, "deviation": "0.05", "max_size": "200", "min_transmission": "50", "limit": "2"}
+    for stage, said, cards in (("draft", "No stored guide", 0), ("early", "still optimising", 2)):
+        got = page.get("/answers", params={**wish, "stage": stage}).text
+        assert said in got
+        assert 'data-refined="0"' in got
+        assert got.count("<svg") == cards
+        assert codes(got) == []
+
+
+@pytest.mark.slow
 @pytest.mark.usefixtures("in_full")
 def test_an_empty_answer_offers_links_that_give_one(page: TestClient) -> None:
     wish = {**WISH, "deviation": "0.05", "max_size": "120", "family": "four-bar", "limit": "2"}

@@ -135,18 +135,28 @@ if (wish) {
   async function ask(stage) {
     asked?.abort();
     const mine = (asked = new AbortController());
-    const said = address();
-    said.set("stage", stage);
-    answers.setAttribute("aria-busy", "true");
-    try {
-      const answer = await fetch("/answers?" + said, { signal: mine.signal });
-      const text = await answer.text();
-      if (mine.signal.aborted) return;
+    const load = async (which) => {
+      const said = address();
+      said.set("stage", which);
+      return (await fetch("/answers?" + said, { signal: mine.signal })).text();
+    };
+    const show = (text) => {
       answers.innerHTML = text;
       const found = one(".found", answers);
       if (found) tell(found);
       watch(answers);
       count();
+      return found;
+    };
+    let done = false;
+    answers.setAttribute("aria-busy", "true");
+    if (stage === "refined" && !one(".card", answers)) // nothing is shown yet: the first that are found
+      load("early").then((text) => { if (!done && !mine.signal.aborted) show(text); }).catch(() => {});
+    try {
+      const text = await load(stage);
+      done = true;
+      if (mine.signal.aborted) return;
+      const found = show(text);
       if (found && !found.dataset.error && found.dataset.refined === "0" && !dragging) return ask("refined");
       answers.setAttribute("aria-busy", "false");
     } catch (error) {
