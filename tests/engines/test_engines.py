@@ -6,11 +6,11 @@ import math
 import operator
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import Future
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,11 @@ from catalogue.engines import Begin, Engine, engine
 from catalogue.errors import InvalidRequest, MissingExtra, PluginError, WorkerKilled
 
 NAMES = ["serial", "processes:2", pytest.param("dask:2", marks=pytest.mark.slow)]
-needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="dask.distributed comes with the extra dask")
 
 
 @pytest.fixture(params=NAMES)
 def pool(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Engine]:
     """Return an engine, whose workers stand in a folder of their own."""
-    if request.param.startswith("dask") and find_spec("distributed") is None:
-        pytest.skip("dask.distributed comes with the extra dask")
     before = Path.cwd()
     with engine(request.param, Begin(os.chdir, (str(tmp_path),))) as started:
         yield started
@@ -97,7 +94,6 @@ def test_a_task_that_kills_each_process_is_named() -> None:
         assert pool.submit(operator.add, 1, 2).result(60) == 3
 
 
-@needs_dask
 @pytest.mark.slow
 def test_a_task_whose_worker_of_a_cluster_is_killed_is_tried_again() -> None:
     with engine("dask:2") as pool:
@@ -164,7 +160,7 @@ def test_names_of_no_engine_are_refused(name: Any) -> None:
         engine(name)
 
 
-@pytest.mark.skipif(find_spec("distributed") is not None, reason="dask.distributed is installed")
-def test_a_missing_extra_is_named() -> None:
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(MissingExtra, match=r"mechanism-catalogue\[dask\]"):
         engine("dask")

@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import closing
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -105,8 +104,6 @@ def test_cells_have_answers_that_meet_their_request_or_advice(chart: Study) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["processes:2", "dask:2"])
 def test_the_table_is_the_same_on_every_engine(chart: Study, small: Catalogue, tmp_path: Path, engine: str) -> None:
-    if engine.startswith("dask") and find_spec("distributed") is None:
-        pytest.skip("dask.distributed comes with the extra dask")
     states: list[running.State] = []
     other = Study(requests(), tmp_path / "other.study").run(small, engine=engine, report=states.append)
     assert tables(other) == tables(chart)
