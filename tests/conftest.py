@@ -68,8 +68,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
 
-# How long a case takes says how busy the machine is, not what is right.
-settings.register_profile("untimed", deadline=None)
+# How long a case takes says how busy the machine is, not what is right; every run draws other examples.
+settings.register_profile("untimed", deadline=None, max_examples=40)
 settings.load_profile("untimed")
 
 
@@ -206,7 +206,9 @@ def answers(once: Callable[..., Path]) -> Callable[[tuple[Any, ...], Callable[[]
 
 
 #: Of a search for tests of what becomes of its answers, not of how good they are.
-BRIEF = Budget(per_kind=25, raced=60, leaders=8, tried=12, kept=8, farther=3, hops=2, hopped=15, landed=5)
+BRIEF = Budget(
+    per_kind=25, raced=60, rounds=8, leaders=8, tried=12, kept=8, farther=3, broad=1, hops=2, hopped=15, landed=5
+)
 
 
 def _briefly() -> Iterator[None]:

@@ -73,7 +73,7 @@ def least(rows: list[Stretch]) -> float:
 @every_family
 @pytest.mark.parametrize("limit", [1, 4])
 def test_the_two_questions_do_not_contradict_each_other(family: str, limit: int) -> None:
-    pairs = drawn(family, 66)
+    pairs = drawn(family, 30)
     strokes = np.array([stroke for _, stroke in pairs])
     rows = asked([one for one, _ in pairs], strokes, limit, stroke=1.0)
     told = np.array([min((deviation for _, deviation in each), default=math.inf) for each in rows])
@@ -84,13 +84,13 @@ def test_the_two_questions_do_not_contradict_each_other(family: str, limit: int)
     again = asked([pairs[i][0] for i in longest], np.array([s for s, _ in longest.values()]), limit, stroke=1.0)
     for each, (_, deviation) in zip(again, longest.values(), strict=True):
         assert min((other for _, other in each), default=math.inf) <= (1 + CLOSE) * deviation
-    assert len(longest) > 66 / 3
+    assert len(longest) > 30 / 3
 
 
 @every_family
 def test_no_window_of_dense_samples_is_straighter(naive: SimpleNamespace, family: str) -> None:
     """A four-bar of the second draw has two windows a four-hundredth apart, of which the straighter was dropped."""
-    pairs = [*drawn(family, 66), *drawn(family, 12)]
+    pairs = [*drawn(family, 24), *drawn(family, 12)]
     rows = asked([one for one, _ in pairs], np.array([stroke for _, stroke in pairs]), 1, stroke=1.0)
     for (one, stroke), found in zip(pairs, rows, strict=True):
         if not found and "too short" in str(measure(one, stroke=stroke, limit=1).explanation):
