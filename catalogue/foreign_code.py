@@ -86,7 +86,7 @@ def _folder() -> str:
 
 @contextmanager
 def uncounted() -> Iterator[None]:
-    """Do work of this program inside code of a plugin, such as compiling: it does not count to its limit."""
+    """Work for this program inside plugin code, such as compiling: the limit does not count it."""
     start, alarms = time.monotonic(), [*_Alarm.running]
     for alarm in alarms:
         alarm.held += 1

@@ -54,7 +54,7 @@ class Cluster(Engine):
         try:
             if not address:
                 with dask.config.set({"distributed.scheduler.allowed-failures": tries - 1}):
-                    # without an address it serves its state to everybody, on a port that another cluster may have
+                    # else it serves its state to everybody, on a port that may be taken
                     self._cluster = LocalCluster(
                         n_workers=count, threads_per_worker=1, processes=True, dashboard_address="127.0.0.1:0"
                     )

@@ -126,7 +126,10 @@ def to_row(request: Request) -> dict[str, Any]:
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    """Convert mappings of `to_dict`, or their JSON read again, to columns of cells; NaN if not given."""
+    """Convert mappings as of `to_dict`, or their JSON read again, to columns of cells.
+
+    A cell is NaN where a name is not given.
+    """
     found: dict[str, list[Any]] = {}
     for name in dict.fromkeys(chain.from_iterable(rows)):
         values = [row.get(name, math.nan) for row in rows]

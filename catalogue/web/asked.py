@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..find.explain import Advice
 
 _OPEN: list[Catalogue] = []
-#: Stages of the answers: the best stored guide of each kind, the first answers of a search, its last.
+#: Stages: the best stored guide of each kind, the first answers of a search, its last ones.
 STAGES = ("draft", "early", "refined")
 
 

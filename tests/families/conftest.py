@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from shutil import copyfile
@@ -17,7 +18,7 @@ from catalogue import Catalogue, StraightLine
 from catalogue.find import specimens
 from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
-from catalogue.populate import collect
+from catalogue.populate.collect import collect
 
 DROPIN = str(Path(__file__).parents[1] / "collections" / "dropin")
 REGISTRY = Registry([DROPIN])
@@ -42,10 +43,10 @@ def families_db(small_db: Path, once: Callable[..., Path]) -> Path:
 
     def build(path: Path) -> None:
         copyfile(small_db, path)
-        with pytest.MonkeyPatch.context() as patch, catalogue.open(path, plugins=[DROPIN], build=False) as opened:
-            patch.setattr(collect, "COLLECTING", collect.COLLECTING._replace(block=BLOCK, specimens=1))
+        with catalogue.open(path, plugins=[DROPIN], build=False) as opened:
             for name in {name for name, _ in ROWS if REGISTRY.collection(name).mechanism is not None}:
-                opened.build_collection(name)
+                small = replace(opened.registry.collection(name), block=BLOCK, specimens=1)
+                collect(opened.database, small, opened.registry.provider(name).version)
 
     return once("families.db", build)
 
