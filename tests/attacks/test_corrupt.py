@@ -40,7 +40,7 @@ def copied(small_db: Path, tmp_path: Path) -> Path:
 
 @pytest.mark.slow
 def test_damaged_files_are_told_or_answer_rightly(small_db: Path, attack: SimpleNamespace) -> None:
-    for what, question, came, case in attack.run(small_db, 20, seed=1, values=0.01, questions=QUESTIONS):
+    for what, question, came, case in attack.run(small_db, 10, seed=1, values=0.01, questions=QUESTIONS):
         assert not came.startswith("traceback"), (what, question, case, came)
         assert came != "other" or "value" in what, (what, question, case)
 

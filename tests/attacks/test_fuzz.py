@@ -142,4 +142,4 @@ def test_what_fell_once_holds(idle: Catalogue, name: str, data: Any) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FUZZ.TARGETS)
 def test_hostile_input_is_answered_or_refused(idle: Catalogue, name: str) -> None:
-    FUZZ.attack(idle, name, 40 if name in ("files", "command line", "space") else 15)
+    FUZZ.attack(idle, name, 20 if name in ("files", "command line", "space") else 8)

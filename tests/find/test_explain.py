@@ -45,7 +45,6 @@ def advised(told: str) -> list[dict[str, Any]]:
 EMPTY: list[tuple[Any, dict[str, Any]]] = [
     (StraightLine(150, 0.0005), {"max_size": 170, "min_transmission": 70, "pins_only": True}),
     (LINE, {"max_size": 149, "pins_only": True}),
-    (StraightLine(100, 0.01), {"families": ["four-bar"], "min_transmission_turn": 89.9}),
     (StraightLine(100, 0.01), {"pins_only": True, "swept_in": (-40, -70, 140, 70)}),
     (StraightLine(90, 0.045, along=-90), {"pins_only": True, "fixed_pivots_in": BELOW, "max_size": 110}),
 ]  # fmt: skip
