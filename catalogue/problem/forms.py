@@ -126,7 +126,7 @@ def to_row(request: Request) -> dict[str, Any]:
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
-    """Convert mappings as of `to_dict`, or their JSON read again, to columns of cells.
+    """Convert mappings of `to_dict`, or their JSON read again, to columns of cells.
 
     A cell is NaN where a name is not given.
     """
