@@ -100,7 +100,7 @@ def _axes(columns: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     """Return the values, as text, of the names with more than one value."""
     names = [*columns]
     found = {}
-    for name in names[1 : names.index("status")] if names else ():
+    for name in names[1 : names.index("status")]:
         values = {one for one in columns[name] if one == one}
         gap = any(one != one for one in columns[name])
         every = [_text(one) for one in sorted(values, key=_sorting)] + [""] * gap

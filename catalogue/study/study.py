@@ -214,7 +214,9 @@ class Study:
     def __getitem__(self, number: int) -> Cell:
         """Return a request of the study by its number, from 1, with its result."""
         requests = self._file.requests()
-        number = whole("number", number, 1, max(len(requests), 1))
+        if not requests:
+            raise self._empty
+        number = whole("number", number, 1, len(requests))
         request = Request.from_json(requests[number])
         state = self._file.done().get(number)
         if state is None:
@@ -227,6 +229,10 @@ class Study:
             advice = Advice(row.reason or "no guide found", alternatives)
         records = self._file.records({number: state[0]})[number]
         return Cell(number, request, state[1], row.reason or "", advice, tuple(records))
+
+    @property
+    def _empty(self) -> InvalidRequest:
+        return InvalidRequest(f"{self.path} has no requests: give the study some")
 
     def answer(self, code: str) -> Candidate:
         """Return an answer by its code, on any machine that has the file.
@@ -299,12 +305,15 @@ class Study:
         Raises
         ------
         InvalidRequest
-            If a name is unknown, there are too many charts, or the file cannot be written.
+            If the study is empty, a name is unknown, there are too many charts, or the file cannot be
+            written.
         """
         from .chart import LAYOUT, page
 
         columns = self._table()
-        few = len(columns.get("number", ())) <= LAYOUT.drawn
+        if not columns:
+            raise self._empty
+        few = len(columns["number"]) <= LAYOUT.drawn
         keys = {number: place for number, (place, _, _) in self._file.done().items()} if few else {}
         best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
         _write(file, page(columns, best, value, x, y))

@@ -47,11 +47,12 @@ def drawn(study: Study, tmp_path: Path, **how: str) -> str:
     return (tmp_path / "map.html").read_text("utf-8")
 
 
-def test_a_study_without_requests_has_no_axis(tmp_path: Path) -> None:
+@pytest.mark.parametrize("asked", [lambda study: study[1], lambda s: s.map("x.html"), lambda s: s.front("x.html")])
+def test_a_study_without_requests_says_so(tmp_path: Path, asked: Any) -> None:
     study = Study((), tmp_path / "x.study")
     assert study.to_pandas().empty
-    with pytest.raises(InvalidRequest, match="a map needs an axis"):
-        study.map(tmp_path / "map.html")
+    with pytest.raises(InvalidRequest, match=r"x\.study has no requests: give the study some"):
+        asked(study)
 
 
 @pytest.mark.slow
