@@ -305,8 +305,8 @@ class Study:
         Raises
         ------
         InvalidRequest
-            If the study is empty, a name is unknown, there are too many charts, or the file cannot be
-            written.
+            If the study is empty, a name is unknown, there are too many charts, or the file
+            cannot be written.
         """
         from .chart import LAYOUT, page
 
