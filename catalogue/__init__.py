@@ -38,16 +38,17 @@ if TYPE_CHECKING:
         PluginError,
     )
     from .find.answers import load, recall
-    from .find.candidate import Candidate
-    from .find.chain_motion import ChainMotion
-    from .find.dwell_results import StandStill
-    from .find.guide_motion import GuideMotion
-    from .find.improve import Improvement, improve
-    from .find.measure import Measured, Stretch, measure
-    from .find.own_chain import ChainStretch, OwnChain, mechanism
-    from .find.own_guide import OwnGuide, guide
-    from .find.placed import PlacedGuide
-    from .find.results import Found
+    from .find.improve import improve
+    from .find.measure import measure
+    from .guides.candidate import Candidate
+    from .guides.chain_motion import ChainMotion
+    from .guides.dwell import StandStill
+    from .guides.guide_motion import GuideMotion
+    from .guides.own_chain import ChainStretch, OwnChain, mechanism
+    from .guides.own_guide import OwnGuide, guide
+    from .guides.placed import PlacedGuide
+    from .guides.results import Found, Improvement, Measured
+    from .guides.stretch import Stretch
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
     from .problem.path import CircularArc, StraightLine
@@ -55,11 +56,11 @@ if TYPE_CHECKING:
     from .study.study import Study
 
 _HOME = {
-    "Candidate": "find.candidate",
+    "Candidate": "guides.candidate",
     "Catalogue": "api",
     "CatalogueError": "errors",
-    "ChainMotion": "find.chain_motion",
-    "ChainStretch": "find.own_chain",
+    "ChainMotion": "guides.chain_motion",
+    "ChainStretch": "guides.own_chain",
     "CircularArc": "problem.path",
     "ConstraintArguments": "problem.constraints",
     "Constraints": "problem.constraints",
@@ -67,30 +68,30 @@ _HOME = {
     "DatabaseError": "errors",
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
-    "Found": "find.results",
-    "GuideMotion": "find.guide_motion",
-    "Improvement": "find.improve",
+    "Found": "guides.results",
+    "GuideMotion": "guides.guide_motion",
+    "Improvement": "guides.results",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",
     "Linkage": "kinematics.linkage",
-    "Measured": "find.measure",
+    "Measured": "guides.results",
     "MissingExtra": "errors",
-    "OwnChain": "find.own_chain",
-    "OwnGuide": "find.own_guide",
-    "PlacedGuide": "find.placed",
+    "OwnChain": "guides.own_chain",
+    "OwnGuide": "guides.own_guide",
+    "PlacedGuide": "guides.placed",
     "PluginError": "errors",
     "Request": "problem.problem",
-    "StandStill": "find.dwell_results",
+    "StandStill": "guides.dwell",
     "StraightLine": "problem.path",
-    "Stretch": "find.measure",
+    "Stretch": "guides.stretch",
     "Study": "study.study",
     "classify": "api",
     "curvature": "curvature_theory.analysis",
-    "guide": "find.own_guide",
+    "guide": "guides.own_guide",
     "improve": "find.improve",
     "load": "find.answers",
     "measure": "find.measure",
-    "mechanism": "find.own_chain",
+    "mechanism": "guides.own_chain",
     "open": "api",
     "recall": "find.answers",
 }

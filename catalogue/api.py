@@ -18,17 +18,17 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from .collections.results import CollectionCandidate
-    from .find.candidate import Candidate
-    from .find.dwell_results import DwellResults, StandStill
-    from .find.results import Found
     from .find.specimens import CollectionResults
     from .find.stored import StoredGuide
+    from .guides.candidate import Candidate
+    from .guides.dwell import DwellResults, StandStill
+    from .guides.results import Found
     from .kinematics.linkage import LinkageLike
     from .plugin.registry import Registry
-    from .populate.fill import Progress
     from .problem.constraints import ConstraintArguments, DwellArguments
     from .problem.path import PathRequest
     from .problem.problem import Request
+    from .progress import Progress
     from .series.classification import Classification
 
 

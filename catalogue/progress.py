@@ -7,15 +7,29 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from .populate.fill import Progress
+from dataclasses import dataclass
 
 #: Delay of the first sign of progress [s]: shorter operations feel immediate and stay silent.
 PATIENCE = 1.0
 #: Time between two lines of progress where there is no terminal [s]: few lines in a log.
 AGAIN = 10.0
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a build, as it is reported after each block."""
+
+    guides: int  # number of guides of the chosen series in the file
+    wanted: int  # requested number of guides
+    rows: int = 0  # number of rows written by this run
+    seconds: float = 0.0  # elapsed time of this run [s]
+    series: str = ""  # code of the current series; empty when done
+    failed: tuple[str, ...] = ()  # plugins that raised, with the reason; their series are left out
+
+    @property
+    def rate(self) -> float:
+        """Rows written per second."""
+        return self.rows / self.seconds if self.seconds else 0.0
 
 
 @contextmanager

@@ -1,4 +1,7 @@
-"""The architecture: rooms of the core on floors; no room imports from its own floor or one above it, hidden or not."""
+"""The architecture: rooms of the core on floors; no room imports from its own floor or one above it.
+
+Imports inside functions and for type checkers count, so there are no circles between rooms.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import catalogue
+from catalogue.guides.verbs import VERBS, verb
 
 ROOT = Path(catalogue.__file__).parent
 #: From the bottom to the top.  A room is a package, or a module at the top level of the core.
@@ -17,7 +21,9 @@ FLOORS = (
     ("chains", "curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),
-    ("refine", "draw", "export"),
+    ("refine",),
+    ("guides",),
+    ("draw", "export"),
     ("search", "plugin"),
     ("populate", "find"),
     ("api",),
@@ -35,17 +41,11 @@ def room(path: Path) -> str:
 
 
 def imported(path: Path) -> Iterator[tuple[str, int]]:
-    """Yield the rooms that a module imports from, with the line; those that only a type checker sees are left out."""
+    """Yield the rooms that a module imports from, with the line."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    typed = {
-        id(inner)
-        for node in ast.walk(tree)
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-        for inner in ast.walk(node)
-    }
     package = path.relative_to(ROOT).parts[:-1]
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and id(node) not in typed:
+        if isinstance(node, ast.ImportFrom):
             if node.level:
                 base = package[: len(package) - node.level + 1]
                 for name in [node.module] if node.module else [alias.name for alias in node.names]:
@@ -72,3 +72,8 @@ def test_imports_lead_down() -> None:
 
 def test_every_room_is_there() -> None:
     assert set(FLOOR) == {room(path) for path in MODULES} - {"__init__"}
+
+
+def test_verbs_of_guides_lead_to_functions_of_rooms_above() -> None:
+    assert all(callable(verb(name)) for name in VERBS)
+    assert all(FLOOR[module.split(".")[0]] > FLOOR["guides"] for module in VERBS.values())

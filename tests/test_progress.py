@@ -9,8 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from catalogue import progress
-from catalogue.populate.fill import Progress
-from catalogue.progress import busy, shown
+from catalogue.progress import Progress, busy, shown
 
 
 class Terminal(io.StringIO):

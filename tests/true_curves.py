@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import catalogue
-from catalogue.find.own_guide import OwnGuide
+from catalogue.guides.own_guide import OwnGuide
 from tests.naive import ways_round
 
 Array = Any

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from ..find.columns import Column
+from ..guides.columns import Column
 from ..progress import busy
 from .options import COMMON
 from .tables import Tabled, print_records, print_table, tell

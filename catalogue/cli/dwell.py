@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..find.columns import DWELL, LENGTH, Column
-from ..find.columns import TABLE as MADE
+from ..guides.columns import DWELL, LENGTH, Column
+from ..guides.columns import TABLE as MADE
 from ..progress import busy
 from .find import CONFIG
 from .find_options import PLOT
@@ -18,7 +18,7 @@ from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, ro
 from .units import UNIT, angle, length, unit, with_unit
 
 if TYPE_CHECKING:
-    from ..find.dwell_results import DwellResults
+    from ..guides.dwell import DwellResults
 
 #: Columns of the table in order.
 TABLE = (
@@ -91,7 +91,7 @@ def dwell(
     catalogue find dwell --angle 90 --residual 0.5 --swing 30 --crank-length 40mm
     """
     from ..api import open
-    from ..find.dwell_results import StandStill
+    from ..guides.dwell import StandStill
 
     def table(found: DwellResults) -> None:
         rows = [

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import CANDIDATE
-from ..find.columns import TABLE as MADE
+from ..guides.columns import CANDIDATE
+from ..guides.columns import TABLE as MADE
 from ..progress import busy
 from .find_options import ANGLE, DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .options import option
@@ -17,7 +17,7 @@ from .tables import Tabled, codes, print_results, print_table, row
 from .units import unit, with_unit
 
 if TYPE_CHECKING:
-    from ..find.results import Found
+    from ..guides.results import Found
     from ..problem.path import PathRequest
     from ..problem.problem import Request
 

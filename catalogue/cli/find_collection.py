@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import CANDIDATE, Column
-from ..find.columns import TABLE as MADE
+from ..guides.columns import CANDIDATE, Column
+from ..guides.columns import TABLE as MADE
 from ..problem.constraints import REGIONS
 from ..problem.path import PathRequest
 from ..quantities import BOUNDS

@@ -21,8 +21,7 @@ from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, ro
 from .units import in_output_unit, length, with_unit
 
 if TYPE_CHECKING:
-    from ..find.improve import Improvement
-    from ..find.improve_chain import ChainImprovement
+    from ..guides.results import ChainImprovement, Improvement
 
 
 #: Columns of the table in order.
@@ -88,7 +87,7 @@ def improve(
     """
     from ..api import open
     from ..find.improve import improve as improved
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
     every = in_output_unit(resolve(reference, point, options["db"], options["plugins"], chains=True))
     tolerance = options["deviation"]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..find.columns import CHAIN, STRETCH, Column
-from ..find.columns import TABLE as MADE
+from ..guides.columns import CHAIN, STRETCH, Column
+from ..guides.columns import TABLE as MADE
 from ..progress import busy
 from .completion import references
 from .options import DB, FORMAT, PLUGINS, SHARE, Argument, option, switch
@@ -19,9 +19,9 @@ from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_
 from .units import UNIT, angle, in_output_unit, length, unit, with_unit
 
 if TYPE_CHECKING:
-    from ..find.measure import Measured
-    from ..find.own_chain import OwnChain
-    from ..find.placed import PlacedGuide
+    from ..guides.own_chain import OwnChain
+    from ..guides.placed import PlacedGuide
+    from ..guides.results import Measured
 
 
 #: Columns of the table in order; some are shown only where they hold a value.
@@ -102,7 +102,7 @@ def measure(
     catalogue measure mine.json --stroke 120
     """
     from ..find.measure import measure as measured
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
     from ..plugin.registry import Registry
 
     every = in_output_unit(resolve(reference, point, db, plugins, chains=True))
@@ -132,7 +132,7 @@ def measure(
 
 def describe(guide: PlacedGuide) -> None:
     """Print the kind of a linkage, its link lengths and its circuits."""
-    from ..find.placed import IMMOBILE
+    from ..guides.placed import IMMOBILE
 
     lengths = ", ".join(f"{name} {with_unit(f'{value:.6g}')}" for name, value in guide.lengths.items())
     tell(f"{guide.linkage.family[0]}: {lengths}")
@@ -170,7 +170,7 @@ def describe_chain(one: OwnChain) -> None:
 
 
 def _table(found: Measured, *, many: bool) -> None:
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
     first = found[0]
     if isinstance(first, OwnChain):

@@ -81,7 +81,7 @@ DB = option(
 def _share(ctx: click.Context, param: click.Parameter, address: str | None) -> None:  # noqa: ARG001  # click gives it
     """Set the folder of answers for this process and its workers."""
     if address is not None and not ctx.resilient_parsing:
-        from ..find.shared import SharedFolder
+        from ..guides.shared import SharedFolder
 
         SharedFolder(address).check()
         os.environ["CATALOGUE_SHARE"] = address

@@ -14,7 +14,7 @@ from ..errors import InvalidLinkage, InvalidRequest
 
 if TYPE_CHECKING:
     from ..api import Catalogue
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
 #: Placeholder of a reference in the usage line.
 REFERENCE = "FILE|-|CODE|ID|NAME"
@@ -53,7 +53,7 @@ def guides(
         If the reference names none, a linkage has no guided point, or a stroke is given for a guide
         that has its own.
     """
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
     found = answers(reference, opened, stroke)
     if found is None:
@@ -124,7 +124,7 @@ def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | Non
 
 def keep(one: Any) -> None:
     """Store a guide under the code on its drawings, if the answers file is writable."""
-    from ..find.answers import remember
+    from ..guides.codes import remember
 
     with suppress(InvalidRequest):
         remember([one])
@@ -132,7 +132,7 @@ def keep(one: Any) -> None:
 
 def is_answer(reference: str) -> bool:
     """Tell whether a reference is a file or a possible code of an answer."""
-    from ..find.codes import is_code
+    from ..guides.codes import is_code
 
     return _is_file(reference) or (not reference.isdigit() and not _is_design(reference) and is_code(reference))
 
@@ -140,7 +140,7 @@ def is_answer(reference: str) -> bool:
 def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
     import numpy as np
 
-    from ..find.own_guide import OwnGuide
+    from ..guides.own_guide import OwnGuide
     from .reading import chains_in, linkages_of, read_rows, read_text
     from .units import unit
 
@@ -166,7 +166,7 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
 def _own_chains(
     chains: Sequence[Mapping[str, Any]], reference: str, point: tuple[float, float] | None
 ) -> list[OwnChain]:
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
     if point is not None:
         raise InvalidRequest(f"{reference} is a mechanism of many bars: it names its guided joint by `point`")

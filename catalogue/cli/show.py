@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import LENGTH, TABLE, Column
+from ..guides.columns import LENGTH, TABLE, Column
 from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
@@ -21,8 +21,8 @@ from .tables import FORCE, PICTURE, codes, contact, print_json, print_table, tel
 from .units import UNIT, in_output_unit, length, unit, warn_of_unit, with_unit
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
     from ..find.stored import StoredGuide
+    from ..guides.candidate import Candidate
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
 
@@ -108,7 +108,7 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
 
 def _card(one: Any, name: str) -> None:
     """Print one answer: kind, numbers with their meaning, links and pivots."""
-    from ..find.placed import IMMOBILE, PlacedGuide
+    from ..guides.placed import IMMOBILE, PlacedGuide
 
     numbers = _numbers(one)
     pivots, guided, lengths = (numbers.pop(key, None) for key in ("pivots", "guided", "lengths"))
@@ -259,7 +259,7 @@ def _show_guide(
 ) -> None:
     """Print and draw a stored guide or a named design at a stroke."""
     from ..api import open
-    from ..find.candidate import digits
+    from ..guides.candidate import digits
     from ..series.named_guides import named_guide
 
     with open(db, plugins=plugins) as catalogue, busy("looking"):

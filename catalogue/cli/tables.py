@@ -19,8 +19,8 @@ from ..folders import answers_file, default_database, is_folder, make_folder
 from ..quantities import LINKS, QUANTITIES
 
 if TYPE_CHECKING:
-    from ..find.columns import Column
-    from ..find.results import Results
+    from ..guides.columns import Column
+    from ..guides.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
 #: Characters of a spreadsheet formula: a cell that begins with a sign and has none of them is a
@@ -221,7 +221,7 @@ def codes(found: Sequence[Any]) -> list[str]:
 
     Dashes and a warning if the answers file is not writable.
     """
-    from ..find.answers import remember
+    from ..guides.codes import remember
 
     try:
         return remember(found)
@@ -315,7 +315,7 @@ class Tabled(click.Command):
 
 def print_legend(table: Sequence[str], columns: Mapping[str, Column]) -> None:
     """Print the meaning of each column, those of the table first."""
-    from ..find.columns import TABLE
+    from ..guides.columns import TABLE
 
     names = [*table, *(name for name in columns if name not in {*table, *TABLE})]
     rows = [

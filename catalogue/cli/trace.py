@@ -17,8 +17,8 @@ from .references import HELP, REFERENCE, resolve
 from .units import NAMED_POINT, UNIT, in_output_unit, length
 
 if TYPE_CHECKING:
-    from ..find.chain_motion import ChainMotion
-    from ..find.guide_motion import GuideMotion
+    from ..guides.chain_motion import ChainMotion
+    from ..guides.guide_motion import GuideMotion
 
 
 @click.command(
@@ -77,8 +77,8 @@ def trace(
     \b
     catalogue trace mine.json --unit mm > motion.csv
     """
-    from ..find.candidate import Candidate
-    from ..find.own_chain import ChainStretch, OwnChain
+    from ..guides.candidate import Candidate
+    from ..guides.own_chain import ChainStretch, OwnChain
 
     every = in_output_unit(resolve(reference, point, db, plugins, chains=True))
     if len(every) != 1:

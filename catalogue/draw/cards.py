@@ -13,7 +13,7 @@ from .moving import moving_svg
 from .words import described, family
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 
 class Cards(NamedTuple):

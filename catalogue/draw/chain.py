@@ -20,6 +20,8 @@ from .symbols import Pen
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..guides.own_chain import OwnChain
+
 
 @dataclass(frozen=True)
 class Layout:
@@ -73,6 +75,15 @@ class ChainPicture:
     ghosts: Floats
     title: str
     facts: list[str]
+
+    @classmethod
+    def of(cls, guide: OwnChain) -> ChainPicture:
+        """Return the drawing of a mechanism: its pose, path and ghosts, in its unit."""
+        low, middle, high = guide.drawn
+        path = guide.samples(low, high).polyline([0])
+        ends = np.array([low, high] if hasattr(guide, "stroke") else [])
+        facts = [*guide.facts, f"lengths in {guide.unit}" if guide.unit else ""]
+        return cls(guide.circuit, guide.read.point, path, middle, ends, guide.name or "Mechanism", facts)
 
     @property
     def structure(self) -> Structure:

@@ -17,7 +17,7 @@ from ..kinematics.types import Complexes, Floats
 from .poses import POSE_COUNT
 
 if TYPE_CHECKING:
-    from ..find.own_chain import OwnChain
+    from ..guides.own_chain import OwnChain
 
 
 @dataclass(frozen=True)

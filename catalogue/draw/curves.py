@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..find.own_chain import OwnChain
-    from ..find.placed import PlacedGuide
+    from ..guides.own_chain import OwnChain
+    from ..guides.placed import PlacedGuide
 
 #: Positions of a curve: every half degree of a full turn.
 SAMPLES = 721

@@ -21,7 +21,7 @@ from .units import decimals, fixed, length
 from .words import asked, facts, family
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Width and height of papers [mm].
 PAPERS = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}

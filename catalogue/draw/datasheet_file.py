@@ -11,7 +11,7 @@ from .datasheet import paper_of
 from .units import Scale
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Formats of a sheet.
 KINDS = ("pdf", "html")

@@ -18,7 +18,7 @@ from .units import Scale, length
 from .words import described
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 
 class HtmlSheet(NamedTuple):

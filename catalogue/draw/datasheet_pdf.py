@@ -10,7 +10,7 @@ import numpy as np
 from ..chains import has_bars
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
-from .chain import put_chain
+from .chain import ChainPicture, put_chain
 from .curves import curves, panel
 from .datasheet import ROOM, Content, Table, content, paper_of
 from .mechanism import drawn
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 
 class PdfSheet(NamedTuple):
@@ -128,7 +128,7 @@ def to_scale(axes: Axes, guide: PlacedGuide, scale: str | None, wide: float, dee
     candidate = None if has_bars(guide) else stroked(guide)
     shown: Any
     if has_bars(guide):
-        shown = mechanism.picture()
+        shown = ChainPicture.of(mechanism)
         (x0, y0), (x1, y1) = ((z.real, z.imag) for z in shown.box)
     else:
         shown = scene(candidate) if candidate is not None else scene_of(poses(guide))

@@ -26,7 +26,7 @@ from .svg import Clock, number
 from .words import described
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Size of a point of the symbols over the width of a drawing.
 POINT = 1 / 340

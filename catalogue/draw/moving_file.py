@@ -23,7 +23,7 @@ from .units import Scale, length
 from .words import described, facts, family, places
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 
 class MovingSheet(NamedTuple):

@@ -24,7 +24,7 @@ from .moving_style import LAYER_NAMES
 from .svg import Clock, group, number, pair, polyline, text
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Names of layers that can be requested, from the back to the front.
 LAYERS = LAYER_NAMES

@@ -20,7 +20,7 @@ from .symbols import Pen
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .poses import Poses
 
 #: Formats of a drawing; a GIF is always animated.
@@ -99,9 +99,9 @@ def _still(guide: PlacedGuide) -> Any:
     """Draw a guide in one pose on a sheet."""
     own: Any = guide
     if has_bars(guide):
-        from .chain import draw_chain
+        from .chain import ChainPicture, draw_chain
 
-        return draw_chain(own.picture())
+        return draw_chain(ChainPicture.of(own))
     from .sheet import sheet
 
     return sheet(guide)

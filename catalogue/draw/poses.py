@@ -16,7 +16,7 @@ from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Complexes, Floats, Integers
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 
 class PoseCount(NamedTuple):

@@ -18,9 +18,9 @@ from ..kinematics.types import Complexes, Floats, Integers
 from .poses import Poses
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
-    from ..find.run import Run
     from ..guidance.circuit_curve import CircuitCurve
+    from ..guides.candidate import Candidate
+    from ..guides.run import Run
 
 
 class SceneOptions(NamedTuple):

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..find.candidate import Candidate
-    from ..find.placed import PlacedGuide
+    from ..guides.candidate import Candidate
+    from ..guides.placed import PlacedGuide
 
 
 class SheetLayout(NamedTuple):

@@ -9,7 +9,7 @@ from ..chains import has_bars
 from .units import length
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12

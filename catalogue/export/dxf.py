@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ezdxf.layouts.base import BaseLayout
     from ezdxf.layouts.layout import Modelspace
 
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 #: Codes of units in the header (`$INSUNITS`), and the metric ones.

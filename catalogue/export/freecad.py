@@ -13,7 +13,7 @@ from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 MACRO = '''\
 """A guide ({family}) of mechanism-catalogue {version}, as solids; run it as a macro of FreeCAD, or by freecadcmd."""

@@ -24,8 +24,8 @@ from ..kinematics.linkage import PR, RR
 from ..kinematics.types import Complexes, Floats
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
-    from ..find.run import Run
+    from ..guides.placed import PlacedGuide
+    from ..guides.run import Run
 
 #: Name of the guided point among the pivots.
 GUIDED = "guided"

@@ -21,7 +21,7 @@ from .links import distinct, rod_and_rocker, taken_apart
 from .outlines import Sizes
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 #: Length over the size below which it is rounding: it counts as 0.

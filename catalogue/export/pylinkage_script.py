@@ -20,8 +20,8 @@ from ..kinematics.linkage import RR
 from ..kinematics.types import Complexes
 
 if TYPE_CHECKING:
-    from ..find.guide_motion import GuideMotion
-    from ..find.placed import PlacedGuide
+    from ..guides.guide_motion import GuideMotion
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 

@@ -11,7 +11,7 @@ from .. import __version__
 from ..chains import has_bars
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 #: Fields of an answer that state its provenance.

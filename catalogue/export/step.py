@@ -15,7 +15,7 @@ from .links import placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
 
 #: Time of creation in the file: fixed, so that the same guide gives the same file.
 EPOCH = "2000-01-01T00:00:00"

@@ -22,7 +22,7 @@ from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 #: Colours of the groups.

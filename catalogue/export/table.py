@@ -13,7 +13,7 @@ from ..errors import InvalidRequest, MissingExtra, quoted
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..find.placed import PlacedGuide
+    from ..guides.placed import PlacedGuide
     from .formats import Options
 
 #: Time of creation in a workbook: fixed, so that the same guide gives the same file.

@@ -15,8 +15,8 @@ from ..folders import is_folder, replacing
 from .formats import Options, chosen
 
 if TYPE_CHECKING:
-    from ..find.own_chain import OwnChain
-    from ..find.placed import PlacedGuide
+    from ..guides.own_chain import OwnChain
+    from ..guides.placed import PlacedGuide
 
 #: Module and name of the function of each format.
 WRITERS = {

@@ -1,15 +1,10 @@
-"""Store answers under short codes and in files, and restore exactly the same mechanism.
-
-A record holds the fields of an answer to the last digit.  Its code is derived from its digest, so
-an answer has one code everywhere.  The last `CODES.kept` records of a user are in one file,
-separate from any catalogue.
-"""
+"""Restore answers from codes and files: exactly the same mechanism, checked by measuring it."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -18,41 +13,27 @@ from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
-from ..folders import replacing
 from ..foreign_code import NAME
 from ..given import field_types, number, positive, switch, whole
 from ..given import text as printable
+from ..guides.candidate import Candidate
+from ..guides.codes import CODES, FORMAT, code_of, is_code, kept, text_of
+from ..guides.dwell import DwellCandidate
+from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.own_guide import OwnGuide
+from ..guides.placed import PlacedGuide
 from ..kinematics.linkage import Linkage
 from ..problem.path import consistent_arc, point
 from ..units import millimetres, unit_or_none
-from .candidate import Candidate
-from .codes import CODES, code_of, is_code, keep, kept
-from .dwell_results import DwellCandidate
-from .own_chain import ChainStretch, OwnChain
-from .own_guide import OwnGuide
-from .placed import PlacedGuide
 
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
     from ..collections.spec import Collection
 
-#: Format marker of a file of answers.
-FORMAT = "mechanism-catalogue answers"
 #: Fields that hold names from plugins, or None.
 NAMES = ("family", "series", "configuration", "nearest_series")
 
 Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate, OwnChain, ChainStretch or CollectionCandidate
-
-
-def remember(answers: Sequence[Answer]) -> list[str]:
-    """Store answers and return their codes.
-
-    Raises
-    ------
-    InvalidRequest
-        If the file of answers cannot be written; the answers remain usable.
-    """
-    return keep([text_of(record(one)) for one in answers])
 
 
 def recall(code: str, collection: Callable[[str], Collection] | None = None) -> Answer:
@@ -98,28 +79,6 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
     except (TypeError, ValueError, RecursionError):
         raise InvalidRequest(f"the answer {code} is damaged: what is kept of it is no JSON") from None
     return answer({**held, "code": code} if isinstance(held, dict) else held, collection)
-
-
-def save(answers: Sequence[Answer], path: str | Path) -> None:
-    """Write answers with their request to a JSON file, for `load` on any machine.
-
-    Raises
-    ------
-    InvalidRequest
-        If the file cannot be written.
-    """
-    every = [record(one) for one in answers]
-    every = [{"code": code_of(text_of(one)), **one} for one in every]
-    held: dict[str, Any] = {"format": FORMAT, "version": __version__}
-    if (request := getattr(answers, "request", None)) is not None:
-        held["request"] = json.loads(request.to_json())
-    held["answers"] = every
-    path = Path(path)
-    try:
-        with replacing(path) as part:
-            part.write(f"{json.dumps(held, indent=1, allow_nan=False)}\n".encode())
-    except OSError as error:
-        raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 
 
 def load(path: str | Path, collection: Callable[[str], Collection] | None = None) -> list[Answer]:
@@ -168,26 +127,6 @@ def is_saved(held: Any) -> bool:
     return isinstance(held, dict) and held.get("format") == FORMAT and isinstance(held.get("answers"), list)
 
 
-def record(one: Answer) -> dict[str, Any]:
-    """Convert an answer to plain numbers, lists and strings."""
-    if hasattr(one, "collection"):
-        held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
-    else:
-        held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
-    # answers of older versions, without a unit and with arcs below a half circle only, keep their
-    # codes
-    if held["unit"] is None:
-        del held["unit"]
-    if isinstance(one, Candidate) and one.arc_angle is None:
-        del held["arc_angle"]
-    return held
-
-
-def text_of(held: dict[str, Any]) -> str:
-    """Format a record as the text that its code digests."""
-    return json.dumps(held, sort_keys=True, allow_nan=False)
-
-
 def candidate_of(text: str) -> Candidate:
     """Restore a candidate from the text of its record, for a start: it is not measured again.
 
@@ -233,8 +172,8 @@ def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | No
     InvalidRequest
         If the record is invalid, or disagrees with the measurement.
     """
+    from ..guides.stretch import Stretch
     from . import measured_again
-    from .measure import Stretch
 
     kinds: dict[str, Any] = {
         c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate, OwnChain, ChainStretch)

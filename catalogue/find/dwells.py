@@ -20,11 +20,11 @@ from ..guidance.kinds import POINTS
 from ..guidance.metrics import measure
 from ..guidance.placement import mid_stroke
 from ..guidance.trace import trace
+from ..guides.dwell import DwellCandidate, DwellResults, StandStill
 from ..kinematics.linkage import SLIDING
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.constraints import Constraints, DwellArguments
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
-from .dwell_results import DwellCandidate, DwellResults, StandStill
 from .explain import LESS, REMEDIES
 from .names import check_names, eligible_series, option
 

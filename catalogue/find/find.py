@@ -12,6 +12,7 @@ from ..candidates.batch import CandidateBatch, final, mirror_image
 from ..candidates.feasibility import cost, feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
+from ..guides.results import Found
 from ..kinematics.batch import join
 from ..kinematics.types import Integers
 from ..problem.constraints import PRESCRIBED, Constraints
@@ -22,11 +23,11 @@ from ..search.starts import SearchReport
 from ..store import Database
 from .explain import Explanation
 from .follow import EXPLORING, followed
+from .listing import candidates
 from .names import check_names, option
-from .results import Found, candidates
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
+    from .opened import Opened
 
 
 #: Arguments not available for arcs near a half circle or beyond, which are synthesised, not
@@ -59,7 +60,7 @@ class SearchOptions(NamedTuple):
 
 
 def find(
-    catalogue: Catalogue, request: Request, starts: Iterable[Any] = (), *, warm: bool = False, follow: bool = False
+    catalogue: Opened, request: Request, starts: Iterable[Any] = (), *, warm: bool = False, follow: bool = False
 ) -> Found:
     """Answer a request; see `catalogue.Catalogue.find`.
 
@@ -72,7 +73,7 @@ def find(
     return _told(catalogue, request, report, searched(catalogue.database, request.problem, report, options))
 
 
-def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()) -> Iterator[Found]:
+def improving(catalogue: Opened, request: Request, starts: Iterable[Any] = ()) -> Iterator[Found]:
     """Yield better and better answers to a request; see `catalogue.Catalogue.improving`."""
     report, options = SearchReport(), _options(catalogue, request, starts)
     if request.constraints.given:
@@ -91,7 +92,7 @@ def improving(catalogue: Catalogue, request: Request, starts: Iterable[Any] = ()
 
 
 def _options(
-    catalogue: Catalogue, request: Request, starts: Iterable[Any], *, warm: bool = False, follow: bool = False
+    catalogue: Opened, request: Request, starts: Iterable[Any], *, warm: bool = False, follow: bool = False
 ) -> SearchOptions:
     """Check a request, and return the options of its search."""
     problem, constraints = request.problem, request.constraints
@@ -110,14 +111,14 @@ def _options(
     return SearchOptions(request.refine, request.cognates, step, given, warm, follow)
 
 
-def _with_given_pivots(catalogue: Catalogue, request: Request, report: SearchReport) -> Found:
+def _with_given_pivots(catalogue: Opened, request: Request, report: SearchReport) -> Found:
     """Answer a request that prescribes pivots."""
     from .prescribed_pivots import with_prescribed_pivots
 
     return _told(catalogue, request, report, with_prescribed_pivots(catalogue.registry.series, request.problem, report))
 
 
-def _told(catalogue: Catalogue, request: Request, report: SearchReport, chosen: Selection | None) -> Found:
+def _told(catalogue: Opened, request: Request, report: SearchReport, chosen: Selection | None) -> Found:
     """Return a selection as answers, in the unit of the user.
 
     Plugins are loaded only when the drift of a candidate is read.

@@ -15,6 +15,11 @@ from ..given import names, number, switch, whole
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.fixed_nominal import in_place as traced_in_place
+from ..guides.candidate import Candidate
+from ..guides.own_chain import OwnChain
+from ..guides.own_guide import OwnGuide
+from ..guides.placed import PlacedGuide
+from ..guides.results import Improvement
 from ..kinematics.linkage import PR, Linkage
 from ..kinematics.types import Complexes
 from ..problem.constraints import REGIONS, Constraints
@@ -23,18 +28,14 @@ from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
-from .candidate import Candidate
 from .find import Selection
+from .listing import candidates
 from .measure import measure
-from .own_chain import OwnChain
-from .own_guide import OwnGuide
-from .placed import PlacedGuide
 from .prescribed_pivots import distinct
-from .results import Results, candidates
 from .starts import laid_guides
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
+    from .opened import Opened
 
 
 class ImproveBudget(NamedTuple):
@@ -61,52 +62,6 @@ MIRRORED = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
 OWN = "own"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Improvement(Results[Candidate]):
-    """A linkage before and after its improvement, and the best of the catalogue.
-
-    Attributes
-    ----------
-    which : list of str
-        ``before``, ``improved``, ``catalogue``: the role of each candidate, as far as it exists.
-
-    Examples
-    --------
-    >>> from catalogue import StraightLine
-    >>> watt = cat.guide("watt").at(100.0)
-    >>> found = watt.improve(StraightLine(stroke=100, deviation=0.5), rank_by="size")
-    >>> found.which[0], found.before.stroke
-    ('before', 100.0)
-    """
-
-    which: tuple[str, ...] = ()
-
-    @property
-    def before(self) -> Candidate:
-        """The given linkage."""
-        return self.candidates[0]
-
-    @property
-    def improved(self) -> Candidate | None:
-        """The improved linkage; None if nothing better was found."""
-        return self._called("improved")
-
-    @property
-    def catalogue(self) -> Candidate | None:
-        """The best of the catalogue under the same conditions.
-
-        None if there is none or none was sought.
-        """
-        return self._called("catalogue")
-
-    @property
-    def columns(self) -> list[str]:
-        return [*Candidate.columns()]
-
-    def _called(self, name: str) -> Candidate | None:
-        return self.candidates[self.which.index(name)] if name in self.which else None
-
-
 def improve(
     guide: PlacedGuide,
     request: PathRequest,
@@ -116,7 +71,7 @@ def improve(
     within: float = 0.0,
     rank_by: str | Mapping[str, float] = "score",
     effort: int = 1,
-    catalogue: Catalogue | None = None,
+    catalogue: Opened | None = None,
     **constraints: Any,
 ) -> Improvement:
     """Optimise a linkage from where it is, and search the catalogue under the same conditions.
@@ -357,7 +312,7 @@ class ImprovementTask:
                 pivots[k][0] = goal.pivots[0, k, 0].tolist()
         return replace(one, pivots=pivots)
 
-    def of_catalogue(self, catalogue: Catalogue, constraints: Mapping[str, Any]) -> Candidate | None:
+    def of_catalogue(self, catalogue: Opened, constraints: Mapping[str, Any]) -> Candidate | None:
         """Find the best of a catalogue under the same conditions; None if there is none."""
         problem, held = self.problem, self.held
         how: dict[str, Any] = {"rank_by": dict(problem.ranking.weights), "effort": problem.effort}

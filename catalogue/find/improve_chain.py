@@ -11,14 +11,15 @@ import numpy as np
 from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..given import names as named
 from ..given import whole
+from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.results import ChainImprovement, Measured
 from ..kinematics.types import Complexes, Floats
 from ..plugin.refine_mechanisms import refined
 from ..problem.constraints import Constraints
 from ..problem.path import PathRequest, path_request
 from ..series.chain_family import ChainFamily
 from ..series.series import Parameter
-from .measure import Measured, measure
-from .own_chain import ChainStretch, OwnChain
+from .measure import measure
 
 #: Name that holds all joints of the frame.
 FIXED = "fixed-pivots"
@@ -64,30 +65,6 @@ class Moves:
 
 
 MOVES = Moves()
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ChainImprovement(Measured):
-    """A stretch of a mechanism of many bars before and after its improvement.
-
-    Attributes
-    ----------
-    which : tuple of str
-        ``before``, ``improved``: the role of each stretch, as far as it exists.
-    """
-
-    which: tuple[str, ...] = ()
-
-    @property
-    def before(self) -> ChainStretch:
-        """The best stretch of the given mechanism."""
-        one: ChainStretch = self.candidates[0]
-        return one
-
-    @property
-    def improved(self) -> ChainStretch | None:
-        """The best stretch of the improved mechanism; None if nothing better was found."""
-        return self.candidates[1] if len(self.candidates) > 1 else None
 
 
 def improve_chain(

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import InvalidRequest, quoted
+from ..guides.results import Found
 from ..problem.order import Order, takes_starts
 from ..problem.problem import Request
 from .find import find
-from .results import Found
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
+    from .opened import Opened
 
 
 class WarmStarts(NamedTuple):
@@ -25,7 +25,7 @@ class WarmStarts(NamedTuple):
 WARM = WarmStarts()
 
 
-def find_many(catalogue: Catalogue, requests: Sequence[Request]) -> list[Found]:
+def find_many(catalogue: Opened, requests: Sequence[Request]) -> list[Found]:
     """Answer requests, tighter ones first; see `catalogue.Catalogue.find_many`.
 
     The answers are those of the first round of a study.

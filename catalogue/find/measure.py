@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,10 @@ from ..guidance.trace import Traced
 from ..guidance.wide_arc import WIDE_ARC, on_wide_arcs, wide_arcs
 from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
+from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.placed import IMMOBILE, PlacedGuide
+from ..guides.results import Measured
+from ..guides.stretch import Stretch
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import OPEN, Carriers, Circuits, circuits
 from ..kinematics.handedness import followed
@@ -29,11 +33,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.path import consistent_arc, is_wide
 from ..series.classification import classify
 from ..units import common
-from .candidate import Candidate
-from .columns import STRETCH
-from .own_chain import ChainStretch, OwnChain
-from .placed import IMMOBILE, PlacedGuide
-from .results import Frames, Results, listed, measured_columns
+from .listing import Frames, listed, measured_columns
 
 if TYPE_CHECKING:
     from ..series.series import Series
@@ -66,81 +66,6 @@ MEASURE = MeasureOptions()
 #: Tolerances of further searches, over the requested one, if the finer grid measures a larger
 #: deviation.
 STRICTER = (0.995, 0.97)
-
-
-@dataclass(frozen=True, repr=False)
-class Stretch(Candidate):
-    """A stretch of the motion of a given linkage, in the position at its middle.
-
-    Attributes
-    ----------
-    number : int
-        Number of the given linkage, from 1.
-    circuit, given, joined : int, bool, bool
-        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the given position;
-        whether the two circuits cross at change points.  To reach another circuit that is not
-        joined, the linkage must be taken apart.
-    drive_from, drive_to : float or None
-        Angle of the driving crank from the x axis at the start of the path, -180 to 180, and at its
-        end, counted from the start: less if the crank turns clockwise [deg]; None without a crank.
-    nearest_series, residual : str or None, float or None
-        The nearest degenerate series on the stretch, and its residual; see `Membership`.
-
-    Examples
-    --------
-    >>> from catalogue import guide
-    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0))
-    >>> best = watt.measure(stroke=50)[0]
-    >>> best.given, round(best.deviation, 3)
-    (True, 0.147)
-    """
-
-    number: int = 1
-    circuit: int = 1
-    given: bool = True
-    joined: bool = False
-    drive_from: float | None = None
-    drive_to: float | None = None
-    nearest_series: str | None = None
-    residual: float | None = None
-    _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
-    meanings = STRETCH
-    __hash__ = Candidate.__hash__
-
-    def _traced(self) -> tuple[CircuitCurve, Traced]:
-        """Trace the guide on its circuit over the stretch, in place."""
-        if self.is_wide and self.radius is not None and self.arc_angle is not None:
-            return self._along_wide_arc(self.radius, self.arc_angle)
-        found = circuits(self.linkage)[:1]
-        low, high = (found.phase + t for t in self._window)
-        point = np.array([complex(*self.guided)])
-        fit = fitted(found, point, low, high, circle=self.radius is not None, radius=self.radius)
-        return on_path(found, point, low, high, fit)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Measured(Results[Any]):
-    """Measured stretches, the best of each linkage first.
-
-    Attributes
-    ----------
-    failed : dict of int to str
-        Reason for each linkage without a stretch, by number.
-
-    Examples
-    --------
-    >>> from catalogue import guide
-    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0))
-    >>> found = watt.measure(deviation=0.05, limit=1)
-    >>> len(found), found.failed
-    (1, {})
-    """
-
-    failed: Mapping[int, str] | None = None
-
-    @property
-    def columns(self) -> list[str]:
-        return (type(self.candidates[0]) if self.candidates else Stretch).columns()
 
 
 def measure(

@@ -23,13 +23,14 @@ from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import measure
 from ..guidance.placement import at_stroke
 from ..guidance.trace import Traced
+from ..guides.candidate import Candidate
+from ..guides.columns import DWELL, LENGTH, STRETCH
+from ..guides.dwell import DwellCandidate
+from ..guides.own_chain import ChainStretch
+from ..guides.stretch import Stretch
 from ..problem.path import StraightLine
-from .candidate import Candidate
-from .columns import DWELL, LENGTH, STRETCH
-from .dwell_results import DwellCandidate
-from .measure import Stretch, driven
-from .own_chain import ChainStretch
-from .results import Frames, measured_columns
+from .listing import Frames, measured_columns
+from .measure import driven
 
 Numbers = Mapping[str, Any]
 

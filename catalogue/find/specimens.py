@@ -22,6 +22,8 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
+from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.results import Found, Results
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS
 from ..problem.path import CircularArc, PathRequest, StraightLine
@@ -30,8 +32,6 @@ from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
 from .chain_regions import Image, Regions
-from .own_chain import ChainStretch, OwnChain
-from .results import Found, Results
 
 
 class Verification(NamedTuple):

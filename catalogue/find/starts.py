@@ -10,11 +10,11 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, measured
 from ..errors import InvalidRequest, quoted
 from ..given import listed
+from ..guides.candidate import Candidate
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
-from .candidate import Candidate
 
 
 def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch:

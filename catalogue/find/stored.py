@@ -16,6 +16,7 @@ from ..errors import DatabaseError, InvalidRequest, quoted, shortened
 from ..given import LARGEST, positive, whole
 from ..guidance.kinds import RETURNS, SLOTS
 from ..guidance.reach import LEVELS
+from ..guides.candidate import Candidate, known
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
@@ -25,12 +26,11 @@ from ..problem.ranking import Ranking
 from ..quantities import MEASURES, QUANTITIES
 from ..series.named_guides import NamedGuide, is_named
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
-from .candidate import Candidate, known
 from .find import Selection
-from .results import candidates
+from .listing import candidates
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
+    from .opened import Opened
 
 
 class StoredAgreement(NamedTuple):
@@ -220,7 +220,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
     return laid(request, lambda problem: on_path(problem, origin, design.guide, traced))
 
 
-def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
+def best_of_series(catalogue: Opened, published: Candidate) -> Candidate | None:
     """Return the straightest guide of the series of a design, over its stroke and no larger.
 
     The guide is stored or synthesised, not refined, which would take seconds.  None if there is

@@ -21,8 +21,8 @@ from ..collections.spec import Collection
 from ..errors import DatabaseError, PluginError
 from ..foreign_code import foreign
 from ..given import whole
+from ..progress import Progress
 from ..store import Database, Setting, SpecimenRow
-from .fill import Progress
 
 
 class CollectOptions(NamedTuple):

@@ -9,7 +9,6 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..engines import Engine, check_name, engine
 from ..errors import DatabaseBusy, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
 from ..given import names, whole
 from ..plugin.registry import Registry
+from ..progress import Progress
 from ..store import (
     Database,
     drop_indexes,
@@ -46,23 +46,6 @@ FILL = FillOptions()
 
 #: Error message of the database for a block or a named guide that it holds already.
 ALREADY_STORED = re.compile(r"batch\.number|mechanism\.name")
-
-
-@dataclass(frozen=True)
-class Progress:
-    """State of a build, as it is reported after each block."""
-
-    guides: int  # number of guides of the chosen series in the file
-    wanted: int  # requested number of guides
-    rows: int = 0  # number of rows written by this run
-    seconds: float = 0.0  # elapsed time of this run [s]
-    series: str = ""  # code of the current series; empty when done
-    failed: tuple[str, ...] = ()  # plugins that raised, with the reason; their series are left out
-
-    @property
-    def rate(self) -> float:
-        """Rows written per second."""
-        return self.rows / self.seconds if self.seconds else 0.0
 
 
 def fill(

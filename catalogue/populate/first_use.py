@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from contextlib import nullcontext
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from ..errors import DatabaseBusy
-from ..progress import busy, shown
+from ..progress import Progress, busy, shown
+from ..store import Database
 
-if TYPE_CHECKING:
-    from ..api import Catalogue
+
+class Buildable(Protocol):
+    """What a build on first use needs of an open catalogue."""
+
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def database(self) -> Database: ...
+    def build(self, *, report: Callable[[Progress], None]) -> Any: ...
 
 
 class FirstUse(NamedTuple):
@@ -24,7 +33,7 @@ class FirstUse(NamedTuple):
 FIRST_USE = FirstUse()
 
 
-def build_once(catalogue: Catalogue, *, quiet: bool) -> None:
+def build_once(catalogue: Buildable, *, quiet: bool) -> None:
     """Build the default catalogue, or wait until another process has built it.
 
     A build that makes no progress, because its process was killed, is continued.
@@ -39,7 +48,7 @@ def build_once(catalogue: Catalogue, *, quiet: bool) -> None:
                 _wait(catalogue)
 
 
-def _wait(catalogue: Catalogue) -> None:
+def _wait(catalogue: Buildable) -> None:
     """Wait until a catalogue is complete, or no process writes to its file any more."""
     before: tuple[int, ...] = ()
     last = time.monotonic()

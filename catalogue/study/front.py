@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from ..draw.svg import pair, ticks
 from ..errors import InvalidRequest
-from ..find.candidate import Candidate
-from ..find.codes import code_of
+from ..guides.candidate import Candidate
+from ..guides.codes import code_of
 from ..markup import NOTHING, Markup, element
 from ..quantities import DEGREES, QUANTITIES, RANKED
 from ..units import LENGTH

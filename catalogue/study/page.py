@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from ..draw import moving_svg
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
-from ..find.candidate import Candidate
+from ..guides.candidate import Candidate
 from ..markup import NOTHING, Markup, element, fill, join
 
 #: Values of an answer that charts and cards show, with their titles.

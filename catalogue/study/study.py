@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, Self
 from ..engines import engine as started
 from ..errors import DatabaseError, InvalidRequest, quoted
 from ..find.answers import of_record
-from ..find.candidate import Candidate
 from ..find.explain import Advice, Relaxation
 from ..folders import replacing
 from ..given import several, whole
+from ..guides.candidate import Candidate
 from ..problem.forms import column_order, columns_of
 from ..problem.problem import Request
 from ..quantities import QUANTITIES

@@ -19,12 +19,12 @@ from ..candidates.batch import with_allowance
 from ..candidates.feasibility import cost
 from ..engines import Begin
 from ..errors import CatalogueError, DatabaseError
-from ..find.answers import candidate_of, record, text_of
-from ..find.candidate import Candidate
-from ..find.codes import code_of
+from ..find.answers import candidate_of
 from ..find.find import find
 from ..find.starts import start_batch
 from ..folders import replacing, user_folder
+from ..guides.candidate import Candidate
+from ..guides.codes import code_of, record, text_of
 from ..problem.problem import Request
 from ..store import Database
 from ..store.digest import content_digest

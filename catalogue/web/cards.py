@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
 from ..draw.words import family
-from ..find.own_chain import ChainStretch
+from ..guides.own_chain import ChainStretch
 from ..markup import Markup
 from ..quantities import LINKS
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
-    from ..find.own_chain import OwnChain
+    from ..guides.candidate import Candidate
+    from ..guides.own_chain import OwnChain
 
 T = TypeVar("T")
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from ..errors import CatalogueError
-from ..find.candidate import Candidate
 from ..find.stored import as_published
+from ..guides.candidate import Candidate
 from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides
 from .asked import opened

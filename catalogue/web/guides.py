@@ -22,11 +22,11 @@ from ..export import export
 from ..export.formats import FORMATS, SUFFIXES
 from ..export.write import TWO_DYADS
 from ..find.answers import recall
-from ..find.candidate import Candidate
-from ..find.codes import is_code
-from ..find.own_chain import ChainStretch, OwnChain
-from ..find.own_guide import OwnGuide
 from ..find.specimens import stretch_of
+from ..guides.candidate import Candidate
+from ..guides.codes import is_code
+from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
 from ..quantities import DEGREES, QUANTITIES, RATIO
 from ..series.named_guides import named_guide

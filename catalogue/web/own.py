@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import CatalogueError, InvalidRequest, quoted
-from ..find.own_guide import OwnGuide, guide
-from ..find.run import Run
 from ..given import positive
 from ..guidance.stretches import straightest
+from ..guides.own_guide import OwnGuide, guide
+from ..guides.run import Run
 from ..kinematics.circuits import circuits
 from ..units import decimal
 from .cards import Card, Number, card, drawing, figure, words

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..api import Catalogue
 from ..errors import CatalogueError, InvalidRequest, quoted, shortened
-from ..find.codes import is_code
 from ..find.names import SINGULAR
+from ..guides.codes import is_code
 from ..problem.constraints import PRESCRIBED, REGIONS, Constraints
 from ..problem.problem import Request
 from ..quantities import DRIVE, LENGTHS, TRANSMISSIONS

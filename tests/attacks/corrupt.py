@@ -27,7 +27,8 @@ import numpy as np
 import catalogue
 from catalogue import Catalogue, CatalogueError, CircularArc, StraightLine
 from catalogue.find import answers, census
-from catalogue.find.dwell_results import StandStill
+from catalogue.guides.codes import record
+from catalogue.guides.dwell import StandStill
 from catalogue.plugin.registry import Registry
 
 ASKED = StraightLine(100, 0.5), CircularArc(100, 0.5)
@@ -218,7 +219,7 @@ def records(opened: Catalogue) -> list[dict[str, Any]]:
     """Return saved answers: of a line, an arc, a dwell, and a stretch of a linkage of one's own."""
     found = [opened.find(one, limit=1)[0] for one in ASKED]
     dwell = opened.find_dwells(StandStill(60, 1, 20), limit=1)
-    return [answers.record(one) for one in (*found, *dwell, found[0].measure(stroke=80.0)[0])]
+    return [record(one) for one in (*found, *dwell, found[0].measure(stroke=80.0)[0])]
 
 
 def falsified(held: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
@@ -243,7 +244,7 @@ def read(name: str, held: dict[str, Any], sound: Any) -> str:
         )
     except Exception as error:
         return f"traceback: {type(error).__name__}: {error}"[:150]
-    if answer == sound or answers.record(answer) == answers.record(sound):
+    if answer == sound or record(answer) == record(sound):
         return "same"
     if "\\x1b" in repr(answer.to_dict()):
         return "traceback: a control character"

@@ -38,8 +38,8 @@ from hypothesis import strategies as st
 import catalogue
 from catalogue import CatalogueError, CircularArc, Linkage, StandStill, StraightLine
 from catalogue import spatial as space
-from catalogue.find.answers import FORMAT, of_record, record, remember, text_of
-from catalogue.find.codes import code_of
+from catalogue.find.answers import of_record
+from catalogue.guides.codes import FORMAT, code_of, record, remember, text_of
 from catalogue.problem.constraints import ConstraintArguments, DwellArguments
 
 OWN = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}

@@ -33,10 +33,11 @@ from catalogue.draw.datasheet_html import sheet_html
 from catalogue.draw.moving import moving_svg
 from catalogue.draw.moving_file import moving_file
 from catalogue.export import export
-from catalogue.find import answers
-from catalogue.find.codes import code_of
-from catalogue.find.placed import PlacedGuide
-from catalogue.find.results import Found
+from catalogue.guides import codes
+from catalogue.guides.codes import code_of, text_of
+from catalogue.guides.codes import record as record_of
+from catalogue.guides.placed import PlacedGuide
+from catalogue.guides.results import Found
 from catalogue.html_table import html_table
 from catalogue.web import guides
 from catalogue.web.application import application
@@ -232,12 +233,12 @@ def test_a_page_has_the_elements_of_an_honest_one(
 def held(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, dict[str, Any]]:
     """Return honest records; what is kept lies in a file of its own."""
     monkeypatch.setenv("CATALOGUE_ANSWERS", str(tmp_path / "answers.db"))
-    return {name: answers.record(GUIDES[name]) for name in ("stretch", "own", "dwell")}
+    return {name: record_of(GUIDES[name]) for name in ("stretch", "own", "dwell")}
 
 
 def saved(record: dict[str, Any], path: Path, code: str | None) -> Path:
     one = record if code is None else {"code": code, **record}
-    path.write_text(json.dumps({"format": answers.FORMAT, "version": "0", "answers": [one]}))
+    path.write_text(json.dumps({"format": codes.FORMAT, "version": "0", "answers": [one]}))
     return path
 
 
@@ -245,7 +246,7 @@ def saved(record: dict[str, Any], path: Path, code: str | None) -> Path:
 def test_a_record_without_its_digest_is_refused_in_one_line(
     held: dict[str, dict[str, Any]], which: str, tmp_path: Path
 ) -> None:
-    right = code_of(answers.text_of(held[which]))
+    right = code_of(text_of(held[which]))
     assert catalogue.load(saved(held[which], tmp_path / "a.json", right)) == [GUIDES[which]]
     for wrong in (None, "", right[0], right[:6], right[:-1] + "z", "abcdefgh", 7):
         with pytest.raises(InvalidRequest, match=r"^an answer is damaged: .*(no code|not that of its code)") as told:
@@ -260,7 +261,7 @@ def test_a_hostile_record_with_a_good_digest_is_refused_by_its_names(
 ) -> None:
     for name in ("family", "series", "configuration"):
         record = held[which] | {name: text}
-        path = saved(record, tmp_path / "a.json", code_of(answers.text_of(record)))
+        path = saved(record, tmp_path / "a.json", code_of(text_of(record)))
         with pytest.raises(InvalidRequest, match=r"damaged|must be") as told:
             catalogue.load(path)
         assert str(told.value).isprintable()
@@ -269,7 +270,7 @@ def test_a_hostile_record_with_a_good_digest_is_refused_by_its_names(
 def test_names_of_series_of_plugins_pass_the_door(held: dict[str, dict[str, Any]], tmp_path: Path) -> None:
     for series in ("II*.xoy", "my_x0", "A-1+b'", ""):
         record = held["dwell"] | {"series": series}
-        [one] = catalogue.load(saved(record, tmp_path / "a.json", code_of(answers.text_of(record))))
+        [one] = catalogue.load(saved(record, tmp_path / "a.json", code_of(text_of(record))))
         assert one.series == series
 
 

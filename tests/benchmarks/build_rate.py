@@ -17,7 +17,8 @@ from sqlalchemy import insert
 
 from catalogue.plugin.registry import Registry
 from catalogue.populate.block import BLOCKS, Block, block
-from catalogue.populate.fill import Progress, fill
+from catalogue.populate.fill import fill
+from catalogue.progress import Progress
 from catalogue.store import PIVOTS, Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
 

@@ -32,7 +32,7 @@ import numpy as np
 from measuring import arguments, table, title
 
 from catalogue.find.measure import measure
-from catalogue.find.own_guide import OwnGuide, guide
+from catalogue.guides.own_guide import OwnGuide, guide
 from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
 

@@ -27,7 +27,7 @@ from measuring import arguments, table, title
 
 import catalogue
 from catalogue import Catalogue, Request, Study
-from catalogue.find.answers import record, text_of
+from catalogue.guides.codes import record, text_of
 from catalogue.problem.order import Order
 from catalogue.study import task
 

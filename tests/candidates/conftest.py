@@ -11,7 +11,7 @@ import pytest
 from catalogue import Candidate, Catalogue
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.find.find import Selection
-from catalogue.find.results import candidates
+from catalogue.find.listing import candidates
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.path import PathRequest
 from catalogue.problem.problem import Problem

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from catalogue.find.answers import remember, save
+from catalogue.guides.codes import remember, save
 from tests.plugins.test_answers_of_bars import answer
 
 pytestmark = pytest.mark.slow

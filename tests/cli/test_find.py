@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from catalogue import Catalogue, StandStill, StraightLine
-from catalogue.find.candidate import COLUMNS
+from catalogue.guides.candidate import COLUMNS
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)

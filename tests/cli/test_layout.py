@@ -13,10 +13,10 @@ import pytest
 from catalogue.cli import layout, tables
 from catalogue.cli.layout import Heading
 from catalogue.cli.tables import print_table, tell
-from catalogue.find.candidate import COLUMNS, Candidate
-from catalogue.find.columns import CANDIDATE, DWELL, STRETCH
-from catalogue.find.dwell_results import DwellCandidate
-from catalogue.find.measure import Stretch
+from catalogue.guides.candidate import COLUMNS, Candidate
+from catalogue.guides.columns import CANDIDATE, DWELL, STRETCH
+from catalogue.guides.dwell import DwellCandidate
+from catalogue.guides.stretch import Stretch
 
 Run = Callable[..., Any]
 WIDTHS = (60, 80, 100, 140)

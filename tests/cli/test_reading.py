@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from catalogue.cli.reading import CONTRADICTING, linkages_of, read_rows
 from catalogue.cli.rows import Row, rows_of
 from catalogue.errors import CatalogueError
-from catalogue.find.columns import DWELL, STRETCH
+from catalogue.guides.columns import DWELL, STRETCH
 
 Run = Callable[..., Any]
 WATT = "-1,0.6,0,0.6,1,-0.6,0,-0.6,0.1,0.2"

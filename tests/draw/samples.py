@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 import catalogue
-from catalogue.find.candidate import Candidate
-from catalogue.find.dwell_results import DwellCandidate
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.metrics import measure
 from catalogue.guidance.placement import at_stroke, placed
 from catalogue.guidance.trace import trace
+from catalogue.guides.candidate import Candidate
+from catalogue.guides.dwell import DwellCandidate
 from catalogue.kinematics.linkage import Linkage
 
 

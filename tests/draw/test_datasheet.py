@@ -21,7 +21,7 @@ from catalogue.draw.datasheet_html import sheet_html
 from catalogue.draw.datasheet_pdf import PAGE, sheet_figure
 from catalogue.draw.units import Scale
 from catalogue.errors import InvalidRequest, MissingExtra
-from catalogue.find.placed import PlacedGuide
+from catalogue.guides.placed import PlacedGuide
 from catalogue.units import MILLIMETRES
 from tests.draw.samples import ARC, DWELL, EVERY, EXACT, MADE, NAMES, OPEN, OWN
 

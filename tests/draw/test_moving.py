@@ -15,7 +15,7 @@ import catalogue
 from catalogue.draw.moving import LAYERS, STYLE, moving_svg
 from catalogue.draw.poses import POSE_COUNT, poses
 from catalogue.errors import InvalidRequest
-from catalogue.find.placed import PlacedGuide
+from catalogue.guides.placed import PlacedGuide
 from catalogue.kinematics.linkage import PR, RP, RR
 from tests.curves import nearest
 from tests.draw.samples import ARC, DWELL, EVERY, EXACT, MADE, NAMES, OPEN, OWN

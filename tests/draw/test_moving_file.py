@@ -25,7 +25,7 @@ from catalogue.draw.poses import poses
 from catalogue.draw.scene import scene_of
 from catalogue.draw.units import Scale, length
 from catalogue.errors import InvalidRequest
-from catalogue.find.placed import PlacedGuide
+from catalogue.guides.placed import PlacedGuide
 from catalogue.units import MILLIMETRES
 from tests.curves import apart
 from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN

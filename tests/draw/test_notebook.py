@@ -13,8 +13,8 @@ import pytest
 
 import catalogue
 from catalogue.draw.cards import CARDS
-from catalogue.find.placed import PlacedGuide
-from catalogue.find.results import Found
+from catalogue.guides.placed import PlacedGuide
+from catalogue.guides.results import Found
 from catalogue.html_table import html_table
 from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
 

@@ -23,7 +23,7 @@ from catalogue.draw.scene import _beyond, scene
 from catalogue.draw.svg import plate
 from catalogue.draw.symbols import Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
-from catalogue.find.candidate import Candidate
+from catalogue.guides.candidate import Candidate
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
 from catalogue.paper import DRIVER
 from catalogue.testing import load
@@ -305,7 +305,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
 import sys, matplotlib
 from catalogue.draw import draw
 from catalogue.draw.datasheet_pdf import sheet_figure
-from catalogue.find.candidate import Candidate
+from catalogue.guides.candidate import Candidate
 before = matplotlib.rcParams.copy()
 draw(Candidate(**{asdict(ARC)!r}))
 assert 'matplotlib.pyplot' not in sys.modules

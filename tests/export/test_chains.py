@@ -19,7 +19,7 @@ from catalogue import mechanism
 from catalogue.errors import InvalidLinkage, InvalidRequest
 from catalogue.export.levels import _Assignment, _is_between
 from catalogue.export.links import taken_apart
-from catalogue.find.own_chain import OwnChain
+from catalogue.guides.own_chain import OwnChain
 from catalogue.kinematics.splines import cubic
 from tests.chains.known import BICYCLE, CHEBYSHEV, JANSEN, PEAUCELLIER
 from tests.curves import off_spline

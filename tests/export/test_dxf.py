@@ -18,7 +18,7 @@ from scipy.spatial import ConvexHull
 import catalogue
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.export.outlines import rounded_hull
-from catalogue.find.dwell_results import DwellCandidate
+from catalogue.guides.dwell import DwellCandidate
 from tests.curves import off_spline
 
 ezdxf: Any = pytest.importorskip("ezdxf", reason="comes with the extra `cad`, of which `test` is made")

@@ -14,8 +14,8 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, StandStill
-from catalogue.find.dwell_results import DwellCandidate
-from catalogue.find.placed import PlacedGuide
+from catalogue.guides.dwell import DwellCandidate
+from catalogue.guides.placed import PlacedGuide
 
 pytestmark = pytest.mark.slow
 

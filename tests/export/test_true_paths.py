@@ -17,7 +17,7 @@ from catalogue.draw.poses import POSE_COUNT, poses
 from catalogue.draw.svg import Clock
 from catalogue.errors import InvalidRequest
 from catalogue.export.links import taken_apart
-from catalogue.find.own_guide import OwnGuide
+from catalogue.guides.own_guide import OwnGuide
 from catalogue.kinematics.circuits import OPEN, circuits
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.splines import cubic

@@ -14,8 +14,9 @@ from catalogue import Catalogue, CatalogueError, Study
 from catalogue.draw import moving_svg
 from catalogue.draw.datasheet_html import sheet_html
 from catalogue.export.formats import FORMATS
-from catalogue.find.answers import recall, remember
+from catalogue.find.answers import recall
 from catalogue.find.census import NORMAL, census
+from catalogue.guides.codes import remember
 from catalogue.kinematics.linkage import FAMILIES
 from catalogue.web import asked, guides
 from tests.families.conftest import STROKE

@@ -18,10 +18,11 @@ from catalogue.draw import moving_svg
 from catalogue.export.formats import FORMATS
 from catalogue.export.write import TWO_DYADS
 from catalogue.find import improve_chain
-from catalogue.find.answers import recall, remember
+from catalogue.find.answers import recall
 from catalogue.find.census import census
 from catalogue.find.names import check_names
 from catalogue.find.specimens import stretch_of
+from catalogue.guides.codes import remember
 from catalogue.web import guides
 from tests.families.conftest import REGISTRY, ROWS
 

@@ -19,8 +19,9 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, Found, InvalidRequest, StraightLine
 from catalogue.find import answers
-from catalogue.find.codes import CODES, is_code
-from catalogue.find.dwell_results import StandStill
+from catalogue.guides.codes import CODES, is_code, remember
+from catalogue.guides.codes import record as record_of
+from catalogue.guides.dwell import StandStill
 
 LINE = StraightLine(100, 0.5)
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
@@ -76,18 +77,18 @@ def test_a_code_is_good_in_another_process(ask: Callable[..., Found], file: Path
 
 
 def test_two_answers_of_one_code_are_both_kept(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in ("answers", "codes"):
-        monkeypatch.setattr(f"catalogue.find.{module}.code_of", lambda _, length=7: "abcdefgh"[:length])
+    for module in ("find.answers", "guides.codes"):
+        monkeypatch.setattr(f"catalogue.{module}.code_of", lambda _, length=7: "abcdefgh"[:length])
     one, other = (catalogue.guide({**MINE, "along": along}) for along in (1, 2))
-    codes = answers.remember([one, other])
+    codes = remember([one, other])
     assert codes == ["abcdefg", "abcdefgh"]
     assert [answers.recall(code) for code in codes] == [one, other]
     assert file.is_file()
 
 
 def test_the_oldest_are_dropped_and_said_to_be(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("catalogue.find.codes.CODES", CODES._replace(kept=5))
-    codes = answers.remember([catalogue.guide({**MINE, "along": along}) for along in range(9)])
+    monkeypatch.setattr("catalogue.guides.codes.CODES", CODES._replace(kept=5))
+    codes = remember([catalogue.guide({**MINE, "along": along}) for along in range(9)])
     with closing(sqlite3.connect(file)) as held:
         assert held.execute("SELECT count(*) FROM answer").fetchone() == (5,)
     assert answers.recall(codes[-1]).lengths["point along"] == pytest.approx(8)
@@ -110,7 +111,7 @@ def test_a_damaged_file_of_answers_is_named(file: Path) -> None:
 
 
 def test_an_answer_whose_record_is_damaged_is_named(file: Path) -> None:
-    code = answers.remember([catalogue.guide(MINE)])[0]
+    code = remember([catalogue.guide(MINE)])[0]
     for kept in ("{kind", "", b"\xff", None, "[" * 100_000):
         with closing(sqlite3.connect(file)) as opened, opened:
             opened.execute("DROP TABLE answer")
@@ -177,7 +178,7 @@ def test_answers_and_results_copy_pickle_compare_and_slice(ask: Callable[..., Fo
     ],
 )
 def test_a_record_that_was_changed_is_told(small: Catalogue, name: str, value: Any) -> None:
-    held = answers.record(small.guide("watt").at(1.0))
+    held = record_of(small.guide("watt").at(1.0))
     assert answers.of_record(held) == small.guide("watt").at(1.0)
     with pytest.raises(InvalidRequest, match=r"^an answer is damaged, or of another version") as told:
         answers.of_record(held | {name: value})
@@ -201,7 +202,7 @@ def test_honest_records_of_every_way_to_ask_are_read(small: Catalogue) -> None:
     ]  # fmt: skip
     assert len({type(one).__name__ for one in found}) == 4
     for one in found:
-        assert answers.of_record(json.loads(json.dumps(answers.record(one)))) == one
+        assert answers.of_record(json.loads(json.dumps(record_of(one)))) == one
 
 
 @pytest.fixture(scope="module")
@@ -212,7 +213,7 @@ def records(small: Catalogue) -> dict[str, dict[str, Any]]:
         "stretch": catalogue.guide(MINE).measure(stroke=120.0)[0],
         "dwell": small.find_dwells(StandStill(60, 1, 20), limit=1)[0],
     }
-    return {name: answers.record(one) for name, one in found.items()}
+    return {name: record_of(one) for name, one in found.items()}
 
 
 @pytest.mark.slow
@@ -241,7 +242,7 @@ def test_no_number_is_believed_that_can_be_measured(records: dict[str, dict[str,
 @pytest.mark.parametrize("part", [-0.5, 0.01, 0.2])
 def test_the_direction_of_a_stretch_is_that_of_its_own_line(part: float) -> None:
     """Turned by a part of what its deviation leaves open, twice that over its stroke, it is another one."""
-    record = answers.record(catalogue.guide(MINE).measure(stroke=120.0)[0])
+    record = record_of(catalogue.guide(MINE).measure(stroke=120.0)[0])
     turned = record | {"along": record["along"] + part * math.degrees(2 * record["deviation"] / record["stroke"])}
     with pytest.raises(InvalidRequest, match="its along is"):
         answers.of_record(turned)

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from catalogue import InvalidRequest
-from catalogue.find import codes
+from catalogue.guides import codes
 
 NO_CODE = "abcdefg"
 
@@ -161,7 +161,7 @@ def test_a_file_that_another_process_writes_is_not_to_be_removed(file: Path, mon
 
 @pytest.mark.slow
 def test_many_processes_make_the_file_at_once(file: Path) -> None:
-    script = "import sys; from catalogue.find.codes import keep; print(*keep([sys.argv[1]]))"
+    script = "import sys; from catalogue.guides.codes import keep; print(*keep([sys.argv[1]]))"
     command = [sys.executable, "-c", script]
     root = Path(codes.__file__).parents[2]
     every = [

@@ -10,8 +10,9 @@ import pytest
 
 from catalogue import classify
 from catalogue.errors import InvalidRequest
-from catalogue.find.measure import Measured, measure
-from catalogue.find.own_guide import OwnGuide, guide
+from catalogue.find.measure import measure
+from catalogue.guides.own_guide import OwnGuide, guide
+from catalogue.guides.results import Measured
 from catalogue.kinematics.circuits import circuits
 from catalogue.kinematics.from_lengths import from_lengths
 from catalogue.plugin.registry import Registry

@@ -16,10 +16,10 @@ import pytest
 import catalogue
 from catalogue.errors import InvalidRequest
 from catalogue.find import dwells as dwells_module
-from catalogue.find.dwell_results import DwellCandidate
 from catalogue.find.dwells import _turning, diameter
 from catalogue.guidance.dwell import _standing, dwells
 from catalogue.guidance.metrics import transmission_turn
+from catalogue.guides.dwell import DwellCandidate
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 

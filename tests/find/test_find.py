@@ -15,7 +15,7 @@ import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
 from catalogue.candidates.batch import final
 from catalogue.find import find as finding
-from catalogue.find.candidate import COLUMNS
+from catalogue.guides.candidate import COLUMNS
 from catalogue.problem.criteria import CRITERIA
 from tests.find.conftest import at_home
 from tests.precision import EXTENDED

@@ -11,8 +11,8 @@ from catalogue import Catalogue, Request, StraightLine
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.find.find import find
 from catalogue.find.follow import followed
-from catalogue.find.results import Found
 from catalogue.find.starts import start_batch
+from catalogue.guides.results import Found
 
 WANTED: dict[str, Any] = {"limit": 4, "fixed_pivots_in": (-150, -100, 250, 100)}
 

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.find.measure import Stretch, measure
-from catalogue.find.own_guide import OwnGuide, guide
+from catalogue.find.measure import measure
 from catalogue.guidance.cells import Curves
 from catalogue.guidance.stretches import straightest
 from catalogue.guidance.windows import WINDOW, Search, Stretches
+from catalogue.guides.own_guide import OwnGuide, guide
+from catalogue.guides.stretch import Stretch
 from catalogue.kinematics.circuits import OPEN, circuits
 from catalogue.kinematics.linkage import FAMILIES, PR, RR, Linkage
 from catalogue.kinematics.types import Array

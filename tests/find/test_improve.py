@@ -11,7 +11,7 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, OwnGuide, StraightLine
 from catalogue.find.improve import ImprovementTask
-from catalogue.find.placed import PlacedGuide
+from catalogue.guides.placed import PlacedGuide
 from catalogue.problem.constraints import Constraints
 from tests.find.conftest import at_home
 

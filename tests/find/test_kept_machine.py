@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
 
 import catalogue
-from catalogue.find import codes
+from catalogue.guides import codes
 
 #: Answers that the file keeps here, few, so that they are dropped often.
 KEPT = 6

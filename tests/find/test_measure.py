@@ -13,7 +13,7 @@ import pytest
 
 from catalogue.errors import InvalidRequest
 from catalogue.find.measure import measure
-from catalogue.find.own_guide import OwnGuide, guide
+from catalogue.guides.own_guide import OwnGuide, guide
 from catalogue.kinematics.link_lengths import in_coupler, link_lengths
 from catalogue.kinematics.linkage import PR, RP, Linkage
 from catalogue.series.named_guides import NamedGuide, named_guides

@@ -13,8 +13,8 @@ import pytest
 import catalogue
 from catalogue import ChainStretch, InvalidRequest, OwnChain, guide, measure, mechanism
 from catalogue.errors import InvalidLinkage
-from catalogue.find.answers import answer, record, text_of
-from catalogue.find.codes import code_of
+from catalogue.find.answers import answer
+from catalogue.guides.codes import code_of, record, text_of
 from tests.chains.known import BICYCLE, CHEBYSHEV, JANSEN, PEAUCELLIER
 
 #: A four-bar as a mechanism of many bars, and as a linkage.
@@ -151,7 +151,7 @@ def test_a_stretch_keeps_its_code_and_comes_back(tmp_path: Path) -> None:
 
 
 def test_a_mechanism_keeps_its_code_and_comes_back() -> None:
-    from catalogue.find.answers import remember
+    from catalogue.guides.codes import remember
 
     mine = mechanism(BICYCLE)
     (code,) = remember([mine])

@@ -13,8 +13,8 @@ from scipy.optimize import least_squares
 
 import catalogue
 from catalogue.errors import CatalogueError, InvalidLinkage, InvalidRequest
-from catalogue.find.guide_motion import GuideMotion
-from catalogue.find.own_guide import guide
+from catalogue.guides.guide_motion import GuideMotion
+from catalogue.guides.own_guide import guide
 from catalogue.kinematics.linkage import Linkage
 from tests.draw.samples import ARC, MADE
 

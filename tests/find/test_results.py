@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
-from catalogue.find.results import SHOWN
+from catalogue.guides.results import SHOWN
 
 LINE = StraightLine(150, 0.05)
 Again = Callable[[Candidate], Any]

@@ -12,8 +12,8 @@ import pytest
 
 from catalogue import Catalogue, StraightLine, recall
 from catalogue.errors import InvalidRequest
-from catalogue.find import codes
-from catalogue.find.shared import SharedFolder
+from catalogue.guides import codes
+from catalogue.guides.shared import SharedFolder
 
 LINE = StraightLine(150, 0.5)
 

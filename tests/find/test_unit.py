@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, StandStill, StraightLine
-from catalogue.find import answers, columns
-from catalogue.find.codes import code_of
-from catalogue.find.placed import PlacedGuide
+from catalogue.find import answers
+from catalogue.guides import columns
+from catalogue.guides.codes import code_of, record, text_of
+from catalogue.guides.placed import PlacedGuide
 from catalogue.units import MILLIMETRES, common, converted, factor, power
 from tests.draw.samples import ARC, DWELL, MADE, OWN
 
@@ -113,12 +114,12 @@ def test_what_is_no_length_is_left_alone() -> None:
 @every
 def test_a_record_says_the_unit_and_one_of_an_older_version_says_none(one: Any) -> None:
     inch = one.in_unit("in")
-    held = answers.record(inch)
+    held = record(inch)
     assert held["unit"] == "in"
     assert inch.code != one.code != inch.in_unit("mm").code
-    older = answers.record(one)
+    older = record(one)
     assert "unit" not in older
-    assert code_of(answers.text_of(older)) == one.code
+    assert code_of(text_of(older)) == one.code
     if one in (OWN, STRETCH):
         assert answers.of_record(held).unit == "in"
         assert answers.of_record(older).unit is None

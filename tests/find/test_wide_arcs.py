@@ -15,8 +15,8 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, StraightLine
 from catalogue.draw.scene import scene
-from catalogue.find.answers import record, remember, save
-from catalogue.find.candidate import Candidate
+from catalogue.guides.candidate import Candidate
+from catalogue.guides.codes import record, remember, save
 from tests import naive
 
 pytestmark = pytest.mark.slow

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from catalogue.find.measure import measure
-from catalogue.find.own_guide import guide
 from catalogue.guidance.best_circle import best_placed
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.uniform_fit import uniform_fit
 from catalogue.guidance.wide_arc import along_circuits, traced_about
+from catalogue.guides.own_guide import guide
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
 from tests import naive

@@ -14,9 +14,10 @@ import pytest
 
 from catalogue import InvalidRequest, StraightLine, mechanism
 from catalogue.collections.results import CollectionCandidate
-from catalogue.find.answers import recall, remember
-from catalogue.find.own_chain import ChainStretch
+from catalogue.find.answers import recall
 from catalogue.find.specimens import _candidate, in_unit, measured
+from catalogue.guides.codes import remember
+from catalogue.guides.own_chain import ChainStretch
 from catalogue.plugin.registry import Registry
 from catalogue.problem.path import CircularArc, PathRequest
 

@@ -15,7 +15,8 @@ import pytest
 
 import catalogue
 from catalogue.plugin.registry import Registry
-from catalogue.populate.fill import Progress, fill
+from catalogue.populate.fill import fill
+from catalogue.progress import Progress
 from catalogue.store import Database
 
 HERE = Path(__file__).parent

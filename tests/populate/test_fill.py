@@ -18,7 +18,8 @@ import pytest
 from catalogue.api import Catalogue
 from catalogue.errors import DatabaseError, InvalidRequest, PluginWarning
 from catalogue.plugin.registry import Registry
-from catalogue.populate.fill import Progress, fill
+from catalogue.populate.fill import fill
+from catalogue.progress import Progress
 from catalogue.store import Database
 
 pytestmark = pytest.mark.slow

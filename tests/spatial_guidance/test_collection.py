@@ -22,8 +22,7 @@ from sqlalchemy import select
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.collections.results import CollectionCandidate
-from catalogue.find.answers import record, text_of
-from catalogue.find.codes import code_of
+from catalogue.guides.codes import code_of, record, text_of
 from catalogue.plugin.registry import Registry
 from catalogue.populate.collect import collect
 from catalogue.store import SpecimenRow

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, InvalidRequest, Request, StraightLine, Study
-from catalogue.find.answers import record, text_of
+from catalogue.guides.codes import record, text_of
 from catalogue.study.chart import LAYOUT
 from catalogue.study.contours import contours
 from catalogue.study.results_file import ResultsFile

@@ -19,7 +19,7 @@ from alembic.runtime.migration import MigrationContext
 
 import catalogue
 from catalogue import Catalogue, DatabaseError, InvalidRequest, Request, StraightLine, Study
-from catalogue.find.codes import code_of
+from catalogue.guides.codes import code_of
 from catalogue.problem.order import Order
 from catalogue.study import run as running
 from catalogue.study import task

@@ -17,7 +17,7 @@ from catalogue.draw.svg import ticks
 from catalogue.draw.words import family as described_family
 from catalogue.errors import MissingExtra
 from catalogue.export import export
-from catalogue.find.candidate import Candidate
+from catalogue.guides.candidate import Candidate
 from catalogue.markup import NOTHING
 from catalogue.web import guides
 from catalogue.web.cards import Number, card, coordinate, figure, numbers

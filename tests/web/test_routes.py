@@ -213,7 +213,7 @@ def test_link_lengths_are_taken_too(page: TestClient) -> None:
 
 
 def test_the_page_of_an_own_linkage_leads_to_the_board(page: TestClient) -> None:
-    from catalogue.find.answers import remember
+    from catalogue.guides.codes import remember
 
     [code] = remember([catalogue.guide(json.loads(EXAMPLE), (0, 0))])
     got = page.get(f"/guide/{code}", follow_redirects=False)

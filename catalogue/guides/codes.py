@@ -1,21 +1,25 @@
-"""Codes of answers, and the private file that stores records by them.
+"""Records of answers, their codes, and the files that keep them.
 
-A code is derived from a digest of the record, so an answer has one code everywhere.  A team may
-share a folder of answers beside its private files; see `shared`.
+A record holds the fields of an answer to the last digit.  Its code is derived from its digest, so
+an answer has one code everywhere.  The last `CODES.kept` records of a user are in one private file,
+separate from any catalogue; a team may share a folder of answers beside it, see `shared`.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
+from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .. import __version__
 from ..errors import InvalidRequest
-from ..folders import answers_file, make_folder
+from ..folders import answers_file, make_folder, replacing
 
 if TYPE_CHECKING:
     from .shared import SharedFolder
@@ -39,8 +43,30 @@ LETTERS = "abcdefghjkmnpqrstvwxyz"
 DIGITS = "0123456789"
 #: Application id in the SQLite header of a file of answers ("mcan"), to refuse other databases.
 APPLICATION_ID = 0x6D63616E
+#: Format marker of a file of answers to carry elsewhere.
+FORMAT = "mechanism-catalogue answers"
 #: Columns of the only table of a file of answers, to recognise files older than the application id.
 _COLUMNS = ["number", "code", "record"]
+
+
+def record(one: Any) -> dict[str, Any]:
+    """Convert an answer to plain numbers, lists and strings."""
+    if hasattr(one, "collection"):
+        held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
+    else:
+        held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
+    # answers of older versions, without a unit and with arcs below a half circle only, keep their
+    # codes
+    if held["unit"] is None:
+        del held["unit"]
+    if held.get("arc_angle", 0.0) is None:
+        del held["arc_angle"]
+    return held
+
+
+def text_of(held: dict[str, Any]) -> str:
+    """Format a record as the text that its code digests."""
+    return json.dumps(held, sort_keys=True, allow_nan=False)
 
 
 def code_of(text: str, length: int = CODES.length) -> str:
@@ -57,6 +83,39 @@ def code_of(text: str, length: int = CODES.length) -> str:
 def is_code(text: str) -> bool:
     """Tell whether a text has the form of a code."""
     return len(text) >= CODES.length and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
+
+
+def remember(answers: Sequence[Any]) -> list[str]:
+    """Store answers and return their codes.
+
+    Raises
+    ------
+    InvalidRequest
+        If the file of answers cannot be written; the answers remain usable.
+    """
+    return keep([text_of(record(one)) for one in answers])
+
+
+def save(answers: Sequence[Any], path: str | Path) -> None:
+    """Write answers with their request to a JSON file, for `load` on any machine.
+
+    Raises
+    ------
+    InvalidRequest
+        If the file cannot be written.
+    """
+    every = [record(one) for one in answers]
+    every = [{"code": code_of(text_of(one)), **one} for one in every]
+    held: dict[str, Any] = {"format": FORMAT, "version": __version__}
+    if (request := getattr(answers, "request", None)) is not None:
+        held["request"] = json.loads(request.to_json())
+    held["answers"] = every
+    path = Path(path)
+    try:
+        with replacing(path) as part:
+            part.write(f"{json.dumps(held, indent=1, allow_nan=False)}\n".encode())
+    except OSError as error:
+        raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 
 
 def keep(records: Sequence[str]) -> list[str]:

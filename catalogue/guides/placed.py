@@ -20,14 +20,14 @@ from ..units import converted, factor, power, unit_or_none
 from .columns import CANDIDATE, Column
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .run import Run
+from .verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ..problem.path import PathRequest
-    from .improve import Improvement
-    from .measure import Measured
+    from .results import Improvement, Measured
 
 
 #: Message for a chain that closes in one position only.
@@ -316,32 +316,27 @@ class PlacedGuide:
         MissingExtra
             Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
         """
-        from ..draw import draw
-
-        return draw(self, file, ax=ax, moving=moving, unit=unit, scale=scale, code=self.code)
+        return verb("draw")(self, file, ax=ax, moving=moving, unit=unit, scale=scale, code=self.code)
 
     def _repr_html_(self) -> str | None:
         """Return the animated guide for a notebook."""
-        from ..draw.cards import guide_html
-
         with suppress(InvalidRequest):
-            return guide_html(self)
+            html: str = verb("guide_html")(self)
+            return html
         return None
 
     def _repr_svg_(self) -> str | None:
         """Return the animated guide for viewers without HTML."""
-        from ..draw import moving_svg
-
         with suppress(InvalidRequest):
-            return moving_svg(self, layers=("names",))
+            svg: str = verb("moving_svg")(self, layers=("names",))
+            return svg
         return None
 
     def _repr_png_(self) -> bytes | None:
         """Return a still for viewers without SVG; None without matplotlib."""
-        from ..draw.cards import guide_png
-
         with suppress(InvalidRequest):
-            return guide_png(self)
+            png: bytes | None = verb("guide_png")(self)
+            return png
         return None
 
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
@@ -365,9 +360,8 @@ class PlacedGuide:
         InvalidRequest, MissingExtra
             See `plot`.
         """
-        from ..draw.curves import draw_curves
-
-        return draw_curves(self, file, unit=unit)
+        figure: Figure = verb("draw_curves")(self, file, unit=unit)
+        return figure
 
     def sheet(self, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> None:
         """Write a one-page data sheet for the workshop.
@@ -395,9 +389,7 @@ class PlacedGuide:
         MissingExtra
             For a PDF without matplotlib.
         """
-        from ..draw.datasheet_file import sheet
-
-        sheet(self, file, paper=paper, unit=unit, scale=scale)
+        verb("sheet")(self, file, paper=paper, unit=unit, scale=scale)
 
     @property
     def code(self) -> str:
@@ -405,8 +397,7 @@ class PlacedGuide:
 
         See `Results.remember`.
         """
-        from .answers import record, text_of
-        from .codes import code_of
+        from .codes import code_of, record, text_of
 
         return code_of(text_of(record(self)))
 
@@ -418,9 +409,8 @@ class PlacedGuide:
         **asked
             Arguments of `catalogue.measure`.
         """
-        from .measure import measure
-
-        return measure(self, **asked)
+        found: Measured = verb("measure")(self, **asked)
+        return found
 
     def export(
         self,
@@ -473,10 +463,9 @@ class PlacedGuide:
             Without a needed package: ``pip install "mechanism-catalogue[cad]"``, ``[parquet]`` or
             ``[step]``.
         """
-        from ..export import export
-
         how = {"bar_width": bar_width, "hole": hole, "positions": positions, "columns": columns, "over": over}
-        return export(self, file, format, unit=unit, **how)
+        content: str | bytes = verb("export")(self, file, format, unit=unit, **how)
+        return content
 
     def improve(self, request: PathRequest, **how: Any) -> Improvement:
         """Optimise the guide from where it is, and compare it with the best of a catalogue.
@@ -488,9 +477,8 @@ class PlacedGuide:
         **how
             Further arguments of `catalogue.improve`.
         """
-        from .improve import improve
-
-        return improve(self, request, **how)
+        found: Improvement = verb("improve")(self, request, **how)
+        return found
 
 
 def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:

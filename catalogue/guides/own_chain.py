@@ -29,14 +29,13 @@ from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
 from .run import RUN
+from .verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..draw.chain import ChainPicture
     from ..problem.path import PathRequest
-    from .improve_chain import ChainImprovement
-    from .measure import Measured
+    from .results import ChainImprovement, Measured
 
 
 @dataclass(frozen=True)
@@ -278,9 +277,8 @@ class OwnChain:
         **asked
             Arguments of `catalogue.measure`.
         """
-        from .measure import measure
-
-        return measure(self, **asked)
+        found: Measured = verb("measure")(self, **asked)
+        return found
 
     def plot(
         self,
@@ -313,20 +311,7 @@ class OwnChain:
         InvalidRequest, MissingExtra
             See `PlacedGuide.plot`.
         """
-        from ..draw.picture import draw
-
-        guide: Any = self
-        return draw(guide, file, moving=moving, unit=unit, scale=scale, code=self.code)
-
-    def picture(self) -> ChainPicture:
-        """Return the contents of a drawing: pose, path and ghosts, in the unit of the mechanism."""
-        from ..draw.chain import ChainPicture
-
-        low, middle, high = self.drawn
-        path = self.samples(low, high).polyline([0])
-        ends = np.array([low, high] if isinstance(self, ChainStretch) else [])
-        facts = [*self.facts, f"lengths in {self.unit}" if self.unit else ""]
-        return ChainPicture(self.circuit, self.read.point, path, middle, ends, self.name or "Mechanism", facts)
+        return verb("draw")(self, file, moving=moving, unit=unit, scale=scale, code=self.code)
 
     @property
     def drawn(self) -> tuple[float, float, float]:
@@ -346,8 +331,7 @@ class OwnChain:
     @property
     def code(self) -> str:
         """Code of this mechanism, by which `catalogue.recall` restores it once stored."""
-        from .answers import record, text_of
-        from .codes import code_of
+        from .codes import code_of, record, text_of
 
         return code_of(text_of(record(self)))
 
@@ -362,9 +346,8 @@ class OwnChain:
             Further arguments of `catalogue.find.improve_chain.improve_chain`: `hold`, `max_size`,
             `min_transmission`, `effort`.
         """
-        from .improve_chain import improve_chain
-
-        return improve_chain(self, request, **how)
+        found: ChainImprovement = verb("improve_chain")(self, request, **how)
+        return found
 
     def export(self, file: str | Path | None = None, format: str | None = None, **options: Any) -> str | bytes:
         """Export the mechanism as drawing, parts, parameters, motion table or JSON.
@@ -392,9 +375,8 @@ class OwnChain:
         >>> str(chebyshev.export(format="csv", columns=["drive", "P x"], positions=2)).split()[-1]
         '360.0,4.0'
         """
-        from ..export import export
-
-        return export(self, file, format, **options)
+        content: str | bytes = verb("export")(self, file, format, **options)
+        return content
 
     def sheet(self, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> None:
         """Write a data sheet: drawing to scale, lengths, joints, limits and curves over the drive.
@@ -409,10 +391,7 @@ class OwnChain:
         InvalidRequest, MissingExtra
             See `PlacedGuide.sheet`.
         """
-        from ..draw.datasheet_file import sheet
-
-        guide: Any = self
-        sheet(guide, file, paper=paper, unit=unit, scale=scale)
+        verb("sheet")(self, file, paper=paper, unit=unit, scale=scale)
 
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
         """Draw speed and transmission angle over the drive; for a stretch the deviation too.
@@ -422,10 +401,8 @@ class OwnChain:
         file, unit
             See `plot`.
         """
-        from ..draw.curves import draw_curves
-
-        guide: Any = self
-        return draw_curves(guide, file, unit=unit)
+        figure: Figure = verb("draw_curves")(self, file, unit=unit)
+        return figure
 
 
 @dataclass(frozen=True)
@@ -605,9 +582,8 @@ def mechanism(given: Mapping[str, Any] | CollectionCandidate, *, name: str = "",
     True
     """
     if isinstance(given, CollectionCandidate):
-        from .specimens import stretch_of
-
-        return stretch_of(given)
+        stretch: ChainStretch = verb("stretch_of")(given)
+        return stretch
     if not isinstance(given, Mapping):
         raise InvalidRequest(f"a mechanism of many bars is a mapping, not {quoted(given)}")
     return OwnChain.of(given, name=text("name", name), unit=unit)

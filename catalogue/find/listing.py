@@ -1,13 +1,11 @@
-"""Lists of answers, and their construction from a batch of candidates."""
+"""Make the candidates of a result from a batch."""
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -17,6 +15,7 @@ from ..candidates.select import nearest, normal_form
 from ..guidance.drive import drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..guidance.sensitivity import sensitivity
+from ..guides.candidate import Candidate
 from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Array, Complexes, Floats
@@ -24,160 +23,15 @@ from ..problem.path import PathRequest
 from ..problem.problem import Problem
 from ..quantities import DRIVE_METRICS, MEASURES, QUANTITIES
 from ..units import LENGTH
-from .candidate import COLUMNS, Candidate
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from ..guidance.circuit_curve import CircuitCurve
     from ..guidance.coupler_curve import CouplerCurve
     from ..guidance.metrics import Measures
     from ..guidance.trace import Traced
     from ..kinematics.linkage import Linkage
-    from ..problem.problem import Request
     from ..refine.certificate import Drifts
     from .find import Selection
-
-
-class Printable(Protocol):
-    """An answer that can be printed as a row of a table."""
-
-    def to_dict(self) -> dict[str, Any]: ...
-
-
-T = TypeVar("T", bound=Printable)
-
-#: Number of answers in the repr: a screen.
-SHOWN = 12
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Results(Sequence[T]):
-    """A sequence of answers of one kind, best first; subclasses define the printed `columns`.
-
-    Attributes
-    ----------
-    candidates : list
-    explanation : object
-        Its text explains the result; computed when printed.
-    """
-
-    candidates: list[T]
-    explanation: Any = field(repr=False, default="")
-
-    def __len__(self) -> int:
-        return len(self.candidates)
-
-    def __repr__(self) -> str:
-        rows = [f"  {i}: {one!r}" for i, one in enumerate(self.candidates[:SHOWN])]
-        more = [f"  ... {len(self) - SHOWN} more"] * (len(self) > SHOWN)
-        return "\n".join([f"<{type(self).__name__} of {len(self)}>", *rows, *more])
-
-    def _repr_html_(self) -> str:
-        """Return animated cards and a table for a notebook; for an empty result its explanation."""
-        from ..draw.cards import cards_html
-        from ..markup import element
-
-        if not self.candidates:
-            return element("pre", self.explain())
-        return cards_html(self.candidates, f"{type(self).__name__} of {len(self)}")
-
-    @overload
-    def __getitem__(self, index: int) -> T: ...
-    @overload
-    def __getitem__(self, index: slice) -> Self: ...
-    def __getitem__(self, index: int | slice) -> T | Self:
-        if isinstance(index, slice):
-            return replace(self, candidates=self.candidates[index])
-        return self.candidates[index]
-
-    def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.candidates == other.candidates
-
-    __hash__ = None  # type: ignore[assignment]  # equality without a hash: a list is inside
-
-    @property
-    def columns(self) -> list[str]:
-        """Names of the printed fields."""
-        raise NotImplementedError
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Convert to a data frame, one row per candidate."""
-        import pandas as pd
-
-        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=self.columns)
-
-    def to_json(self) -> str:
-        """Convert to a JSON list of candidates."""
-        return json.dumps([c.to_dict() for c in self.candidates], indent=1, allow_nan=False)
-
-    def remember(self) -> list[str]:
-        """Store the candidates and return their codes, for `catalogue.recall` and all commands.
-
-        Returns
-        -------
-        list of str
-
-        Raises
-        ------
-        InvalidRequest
-            If the file of answers cannot be written.
-        """
-        from .answers import remember
-
-        return remember(self.candidates)
-
-    def save(self, file: str | Path) -> None:
-        """Write the candidates to a JSON file, for `catalogue.load` on any machine.
-
-        Parameters
-        ----------
-        file : path
-
-        Raises
-        ------
-        InvalidRequest
-            If the file cannot be written.
-        """
-        from .answers import save
-
-        save(self, file)
-
-    def explain(self) -> str:
-        """Explain the result: candidates examined, constraints violated, times.
-
-        For an empty result: which constraints to relax, to which values.
-        """
-        return str(self.explanation)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Found(Results[Candidate]):
-    """Answers to a request, best first.
-
-    Attributes
-    ----------
-    request : Request or None
-        The request that they answer.
-    cost : float or None
-        Cost of the best answer, which the ranking minimises.
-
-    Examples
-    --------
-    >>> from catalogue import StraightLine
-    >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), limit=3)
-    >>> len(found), list(found.to_pandas().columns[:3])
-    (3, ['id', 'family', 'series'])
-    >>> cat.find(found.request) == found
-    True
-    """
-
-    request: Request | None = field(repr=False, default=None)
-    cost: float | None = field(repr=False, default=None)
-
-    @property
-    def columns(self) -> list[str]:
-        return list(COLUMNS)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,19 @@
+"""What a search needs of an open catalogue."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from ..guides.results import Found
+from ..plugin.registry import Registry
+from ..store import Database
+
+
+class Opened(Protocol):
+    """An open catalogue: its database, its plugins, and how it is searched."""
+
+    @property
+    def database(self) -> Database: ...
+    @property
+    def registry(self) -> Registry: ...
+    def find(self, *request: Any, **how: Any) -> Found: ...
