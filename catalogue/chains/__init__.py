@@ -6,8 +6,3 @@ the groups, `rates` has velocities, accelerations and derivatives by the referen
 follows the motion through dead and change points.  `given` reads a chain from plain data.  Import
 from the modules.
 """
-
-
-def has_bars(guide: object) -> bool:
-    """Tell whether a guide is a mechanism of many bars, such as `catalogue.mechanism` makes."""
-    return hasattr(guide, "bars")

@@ -13,7 +13,7 @@ from .moving import moving_svg
 from .words import described, family
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 
 class Cards(NamedTuple):
@@ -47,17 +47,17 @@ COLUMNS = {
 }
 
 
-def guide_html(guide: PlacedGuide) -> Markup:
+def guide_html(guide: Guide) -> Markup:
     """Return an animated guide with one line of description."""
     return element("div", moving_svg(guide, width=CARDS.width, layers=("names",)), element("p", described(guide)))
 
 
-def guide_png(guide: PlacedGuide) -> bytes | None:
+def guide_png(guide: Guide) -> bytes | None:
     """Return a still of a guide as PNG, for viewers without HTML; None if it cannot be drawn."""
-    from .sheet import sheet
+    from .picture import still
 
     try:
-        return bytes(sheet(guide)._repr_png_())  # type: ignore[attr-defined]  # see `paper.blank`
+        return bytes(still(guide)._repr_png_())  # type: ignore[attr-defined]  # see `paper.blank`
     except MissingExtra:
         return None
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..chains import has_bars
+from ..guides.kinds import has_bars, has_stroke
 from ..kinematics.types import Floats
 from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
 from ..units import LENGTH
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from ..guides.kinds import Guide
     from ..guides.own_chain import OwnChain
     from ..guides.placed import PlacedGuide
 
@@ -77,20 +78,18 @@ class Drive(NamedTuple):
         return self.unit if self.unit == DEGREES else f" {self.unit}"
 
 
-def curves(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
+def curves(guide: Guide) -> tuple[Drive, list[Curve]]:
     """Compute the curves of a guide in its unit, over its drive."""
-    one: Any = guide
-    return _of_bars(one) if has_bars(guide) else _of_linkage(one)
+    return _of_bars(guide) if has_bars(guide) else _of_linkage(guide)
 
 
 def _of_bars(one: OwnChain) -> tuple[Drive, list[Curve]]:
     """Compute speed and transmission angle of many bars; for a stretch the deviation too."""
     moved = one.motion(SAMPLES)
-    stretch: Any = one  # a `ChainStretch` if it has a stroke
     found = []
-    if hasattr(one, "stroke"):
+    if has_stroke(one):
         unit = f" [{one.unit}]" if one.unit else ""
-        found = [Curve(f"deviation{unit}", stretch.deviations(moved.points[one.point]), PATH, False)]
+        found = [Curve(f"deviation{unit}", one.deviations(moved.points[one.point]), PATH, False)]
     per = "1" if moved.pushed else f"{one.unit or LENGTH}/rad"
     found.append(Curve(f"speed of {one.point} [{per}]", np.abs(moved.velocities[one.point]), COUPLER, True))
     if one.chain.structure.dyads:
@@ -126,7 +125,7 @@ def _of_linkage(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
     return Drive("angle", name, DEGREES, drive), _finite(found)
 
 
-def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
+def draw_curves(guide: Guide, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
     """Draw the curves of a guide; see `catalogue.Candidate.plot_curves`."""
     kind = None if file is None else kind_of(file)
     guide = guide.in_unit(unit)

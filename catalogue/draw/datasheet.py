@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .. import __version__
-from ..chains import has_bars
 from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
 from ..guidance.allowance import PROBABILITY
+from ..guides.kinds import has_bars, has_stroke
 from ..kinematics.linkage import PR
 from ..quantities import DEGREES, QUANTITIES, RATIO
 from ..units import ASSUMED, ASSUMPTION, LENGTH
@@ -21,6 +21,8 @@ from .units import decimals, fixed, length
 from .words import asked, facts, family
 
 if TYPE_CHECKING:
+    from ..guides.kinds import Guide
+    from ..guides.own_chain import OwnChain
     from ..guides.placed import PlacedGuide
 
 #: Width and height of papers [mm].
@@ -85,7 +87,7 @@ class Content:
         return max(len(table.rows) + any(table.columns) for table in (self.lengths, self.pivots, self.limits))
 
 
-def content(guide: PlacedGuide, code: str) -> Content:
+def content(guide: Guide, code: str) -> Content:
     """Collect the contents of a sheet, in the unit of the guide or in `ASSUMED`."""
     unit = guide.unit or ASSUMED
     if has_bars(guide):
@@ -104,7 +106,7 @@ def content(guide: PlacedGuide, code: str) -> Content:
     )
 
 
-def _of_bars(one: Any, code: str, unit: str) -> Content:
+def _of_bars(one: OwnChain, code: str, unit: str) -> Content:
     """Collect the contents of the sheet of an `OwnChain`: no theory, no tolerances."""
     structure, digits = one.chain.structure, _digits(one, unit)
     lengths: list[tuple[str, ...]] = [(_short(name), fixed(value, digits)) for name, value in one.lengths.items()]
@@ -139,7 +141,7 @@ def _short(name: str) -> str:
     return name if len(name) <= ROOM.letters else f"{name[: half - 1]}…{name[-half:]}"
 
 
-def _limits_of_bars(one: Any, unit: str) -> list[tuple[str, ...]]:
+def _limits_of_bars(one: OwnChain, unit: str) -> list[tuple[str, ...]]:
     """List drive, and of a stretch what was measured over it."""
     structure = one.chain.structure
 
@@ -151,7 +153,7 @@ def _limits_of_bars(one: Any, unit: str) -> list[tuple[str, ...]]:
         rows.append((f"{one.drive} turns", "fully"))
     else:
         rows += [(f"{one.drive} {way}", driven(end)) for way, end in zip(("from", "to"), one.drive_range, strict=True)]
-    if hasattr(one, "stroke"):
+    if has_stroke(one):
         rows += [("stroke from", driven(one.drive_from)), ("stroke to", driven(one.drive_to))]
         x, y = one.start
         rows += [("starts at x", length(x, unit)), ("starts at y", length(y, unit))]
@@ -166,7 +168,7 @@ def paper_of(name: str) -> tuple[float, float]:
     return PAPERS[name.lower()]
 
 
-def _tolerance(guide: PlacedGuide, share: float) -> str:
+def _tolerance(guide: Guide, share: float) -> str:
     """Format the tolerance of a length that scatters `share` times as much as a coordinate."""
     allowance = getattr(guide, "allowance", None)
     return "–" if allowance is None or allowance <= 0 else f"±{_two(SIDES * share * allowance)}"
@@ -186,13 +188,13 @@ def _lengths(guide: PlacedGuide, unit: str) -> Table:
     return Table("Lengths", ("", unit, "tolerance"), rows, _note(guide, unit))
 
 
-def _digits(guide: PlacedGuide, unit: str) -> int:
+def _digits(guide: Guide, unit: str) -> int:
     """Return the decimals of lengths: a thousandth of a millimetre, finer for small guides."""
     size = max(abs(value) for value in guide.lengths.values())
     return max(decimals(unit), 4 - math.floor(math.log10(size)) - 1)
 
 
-def _note(guide: PlacedGuide, unit: str) -> str:
+def _note(guide: Guide, unit: str) -> str:
     allowance = getattr(guide, "allowance", None)
     if allowance is None:
         return "tolerances: unknown, as no deviation was requested"
@@ -235,7 +237,7 @@ _FORMATS: Mapping[str, Callable[[float, str], str]] = {
 }
 
 
-def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
+def _limits(guide: Guide, unit: str) -> list[tuple[str, ...]]:
     """List the measured limits of the guide."""
 
     def known(name: str) -> Any:
@@ -290,7 +292,7 @@ def _ratio(value: float) -> str:
     return f"{0.0 if abs(value) < 1e-9 else value:.4g}".replace("-", "−")
 
 
-def _provenance(guide: PlacedGuide, code: str) -> str:
+def _provenance(guide: Guide, code: str) -> str:
     number = getattr(guide, "id", None)
     parts = [f"code {code}", f"guide {number} of the catalogue" if number is not None else "", asked(guide)]
     parts += ["" if guide.unit else ASSUMPTION, f"mechanism-catalogue {__version__}"]

@@ -11,14 +11,14 @@ from .datasheet import paper_of
 from .units import Scale
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 #: Formats of a sheet.
 KINDS = ("pdf", "html")
 
 
 def sheet(
-    guide: PlacedGuide, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None
+    guide: Guide, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None
 ) -> None:
     """Write the data sheet of a guide; see `catalogue.Candidate.sheet`."""
     kind = kind_of(file, KINDS)

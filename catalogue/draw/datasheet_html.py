@@ -18,7 +18,7 @@ from .units import Scale, length
 from .words import described
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 
 class HtmlSheet(NamedTuple):
@@ -76,7 +76,7 @@ footer { border-top: 0.25mm solid var(--guide-faint); margin-top: 2mm; padding-t
 """
 
 
-def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Markup:
+def sheet_html(guide: Guide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Markup:
     """Return the data sheet of a guide as a self-contained page.
 
     See `catalogue.Candidate.sheet`.
@@ -107,7 +107,7 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None
     )
 
 
-def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
+def _drawn(guide: Guide, scale: str | None, wide: float, high: float) -> Markup:
     """Return the animated drawing in true millimetres with a scale bar."""
     unit = guide.unit or ASSUMED
     shown, per = posed(guide), millimetres(unit)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..chains import has_bars
+from ..guides.kinds import has_bars
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
 from .chain import ChainPicture, put_chain
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 
 class PdfSheet(NamedTuple):
@@ -44,7 +44,7 @@ PAGE = PdfSheet()
 INCH = 25.4
 
 
-def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Figure:
+def sheet_figure(guide: Guide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Figure:
     """Return the data sheet of a guide as a figure of the size of the paper.
 
     See `catalogue.Candidate.sheet`.
@@ -114,21 +114,20 @@ def _head(page: _Page, told: Content) -> None:
     page.rule(PAGE.title)
 
 
-def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, deep: float) -> None:
+def _drawing(page: _Page, guide: Guide, scale: str | None, top: float, deep: float) -> None:
     """Draw the guide to scale, with the dimension of its stroke and a scale bar."""
     wide = page.width - 2 * PAGE.margin
     to_scale(page.axes(PAGE.margin, top, wide, deep, "linkage"), guide, scale, wide, deep)
     page.rule(top + deep + 2)
 
 
-def to_scale(axes: Axes, guide: PlacedGuide, scale: str | None, wide: float, deep: float) -> None:
+def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: float) -> None:
     """Draw a guide in axes of a size in millimetres, with a scale bar."""
     unit = guide.unit or ASSUMED
-    mechanism: Any = guide  # an `OwnChain`, or a linkage of two dyads
-    candidate = None if has_bars(guide) else stroked(guide)
+    candidate = stroked(guide)
     shown: Any
     if has_bars(guide):
-        shown = ChainPicture.of(mechanism)
+        shown = ChainPicture.of(guide)
         (x0, y0), (x1, y1) = ((z.real, z.imag) for z in shown.box)
     else:
         shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
@@ -217,7 +216,7 @@ def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> N
             page.text(left + stop * wide, y, words, 7.2, ha="right")
 
 
-def _curves(page: _Page, guide: PlacedGuide, top: float) -> None:
+def _curves(page: _Page, guide: Guide, top: float) -> None:
     drive, shown = curves(guide)
     across = 0.5 * (page.width - 2 * PAGE.margin - PAGE.gap)
     for k, one in enumerate(shown[:4]):

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..chains import has_bars
 from ..errors import InvalidRequest
+from ..guides.kinds import has_bars
 from ..markup import NOTHING, Markup, element
 from .chain_machine import chain_machine
 from .chain_poses import ChainPoses, chain_poses
@@ -26,7 +26,7 @@ from .svg import Clock, number
 from .words import described
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 #: Size of a point of the symbols over the width of a drawing.
 POINT = 1 / 340
@@ -36,7 +36,7 @@ _numbers = count(1)
 
 
 def moving_svg(
-    guide: PlacedGuide,
+    guide: Guide,
     *,
     width: float = 360.0,
     height: float | None = None,
@@ -60,7 +60,7 @@ def moving_svg(
 
     Parameters
     ----------
-    guide : PlacedGuide
+    guide : Guide
         A candidate, a guide of your own or a dwell, or a mechanism of many bars; a guide without a
         stroke moves over its circuit.
     width, height : float
@@ -120,7 +120,7 @@ def moving_svg(
 
 
 def posed(
-    guide: PlacedGuide,
+    guide: Guide,
     count: int | None = None,
     *,
     turn: bool = False,
@@ -138,12 +138,11 @@ def posed(
         return poses(guide, count, turn=turn, points=points, error=error)
     if points:
         raise InvalidRequest("a further point of a mechanism of many bars is a joint on one bar: name it there")
-    own: Any = guide  # an `OwnChain` belongs to a higher floor
-    return chain_poses(own, count, turn=turn, error=error)
+    return chain_poses(guide, count, turn=turn, error=error)
 
 
 def drawing(
-    guide: PlacedGuide,
+    guide: Guide,
     shown: Poses | ChainPoses,
     frame: Frame,
     clock: Clock,

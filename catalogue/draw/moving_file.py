@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..chains import has_bars
+from ..guides.kinds import has_bars, has_stroke
 from ..markup import NOTHING, Markup, element, join
 from ..units import ASSUMED, ASSUMPTION, millimetres
 from .frame import Frame, largest_scale, size_at
@@ -23,7 +23,7 @@ from .units import Scale, length
 from .words import described, facts, family, places
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 
 class MovingSheet(NamedTuple):
@@ -101,12 +101,12 @@ _STYLE = f"""
 """
 
 
-def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | None = None, code: str = "") -> Markup:
+def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = None, code: str = "") -> Markup:
     """Draw an animated guide as an SVG file, to scale in true millimetres.
 
     Parameters
     ----------
-    guide : PlacedGuide
+    guide : Guide
     unit : str, optional
         Unit to convert to; default: that of the guide.  An unknown unit is taken as millimetres,
         with a note.
@@ -177,7 +177,7 @@ def _across(width: float) -> int:
     return max(1, int((width - 2 * SHEET.margin) // SHEET.box))
 
 
-def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
+def _title(guide: Guide, code: str, unit: str) -> Markup:
     series = getattr(guide, "series", "") or getattr(guide, "name", "")
     head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
     said = [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]
@@ -187,16 +187,14 @@ def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
     )
 
 
-def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
+def _dimension(guide: Guide, frame: Frame, unit: str) -> Markup:
     """Return the dimension line of the stroke, on the emptier side of the path."""
-    stroke = getattr(guide, "stroke", None)
-    if stroke is None:
+    if not has_stroke(guide):
         return NOTHING
-    way = guide.frame  # type: ignore[attr-defined]  # what has a stroke has a frame of its path
+    stroke, way = guide.stroke, guide.frame
     ends = frame.at(way.origin + stroke * way.direction * np.array([0, 1]))
     along = (ends[1] - ends[0]) / abs(ends[1] - ends[0])
-    own: Any = guide
-    finite = own.chain.z[:, 0] if has_bars(guide) else own.linkage.points[0][own.linkage.finite[0]]
+    finite = guide.chain.z[:, 0] if has_bars(guide) else guide.linkage.points[0][guide.linkage.finite[0]]
     side = 1j if ((frame.at(finite) - ends[0]) * np.conj(1j * along)).real.sum() < 0 else -1j
     away = side * along
     line = ends + 6.5 * away

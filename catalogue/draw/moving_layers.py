@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ..chains import has_bars
 from ..curvature_theory.analysis import curvature
 from ..curvature_theory.finite_pole import finite_pole
+from ..guides.kinds import has_bars
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.sampling import halved, off_chord
 from ..kinematics.types import Complexes, Floats, Mask, Scalar
@@ -24,6 +24,7 @@ from .moving_style import LAYER_NAMES
 from .svg import Clock, group, number, pair, polyline, text
 
 if TYPE_CHECKING:
+    from ..guides.kinds import Guide
     from ..guides.placed import PlacedGuide
 
 #: Names of layers that can be requested, from the back to the front.
@@ -47,7 +48,7 @@ class LayerOptions(NamedTuple):
 LAYER = LayerOptions()
 
 
-def layers_of(guide: PlacedGuide) -> tuple[str, ...]:
+def layers_of(guide: Guide) -> tuple[str, ...]:
     """Return the names of the layers that a guide can have."""
     return CHAIN_LAYERS if has_bars(guide) else LAYERS
 
@@ -56,7 +57,7 @@ def layers_of(guide: PlacedGuide) -> tuple[str, ...]:
 class Layers:
     """Draws layers of poses in a frame."""
 
-    guide: PlacedGuide
+    guide: Guide
     shown: Any  #: `Poses`, or `ChainPoses` of many bars
     frame: Frame
     clock: Clock
@@ -73,6 +74,11 @@ class Layers:
             "names": self._names,
         }[name]
         return group(f"layer {name}", draw())
+
+    @property
+    def _of_two_dyads(self) -> PlacedGuide:
+        """The guide of layers that many bars do not have."""
+        return cast("PlacedGuide", self.guide)
 
     def _pole(self) -> Markup:
         pole, _ = self._instants
@@ -103,7 +109,7 @@ class Layers:
 
     def _centrodes(self) -> Markup:
         """Return both centrodes: one rolls upon the other and carries the coupler with it."""
-        run = self.guide.run(whole=self.shown.closed)
+        run = self._of_two_dyads.run(whole=self.shown.closed)
 
         def both(s: Floats) -> Complexes:
             pose = run.circuit.pose(s[:, None])
@@ -121,7 +127,7 @@ class Layers:
 
     def _cubics(self) -> Markup:
         """Return the circling-point curve on the coupler, and the centring-point curve."""
-        found = curvature(self.guide.linkage)
+        found = curvature(self._of_two_dyads.linkage)
         rho0 = float(found.rho0[0])
         if not np.isfinite(rho0):
             return NOTHING
@@ -164,8 +170,7 @@ class Layers:
     def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
         if has_bars(self.guide):
-            own: Any = self.guide  # an `OwnChain` belongs to a higher floor
-            z = chain_poses(own, turn=True).path
+            z = chain_poses(self.guide, turn=True).path
         else:
             run = self.guide.run(whole=True)
             z = run.path(run.polyline())
@@ -193,7 +198,7 @@ class Layers:
 
     def _linkages(self) -> Linkage:
         """Return the linkages in the poses."""
-        kinds = self.guide.linkage.dyads[0]
+        kinds = self._of_two_dyads.linkage.dyads[0]
         fixed = np.broadcast_to(self.shown.fixed, self.shown.moving.shape)
         z = np.stack([fixed, self.shown.moving], axis=-1)
         w = np.array([[kind != PR, kind != RP] for kind in kinds], float)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..chains import has_bars
 from ..errors import InvalidRequest, quoted
 from ..given import switch
+from ..guides.kinds import has_bars
 from ..paper import FORMATS, kind_of, write, write_bytes
 from .chain_poses import ChainPoses
 from .moving_file import moving_file
@@ -19,8 +19,9 @@ from .symbols import Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
     from .poses import Poses
 
 #: Formats of a drawing; a GIF is always animated.
@@ -58,7 +59,7 @@ def check(file: str | Path, *, moving: bool = False) -> str:
 
 
 def draw(
-    guide: PlacedGuide,
+    guide: Guide,
     file: str | Path | None = None,
     *,
     ax: Axes | None = None,
@@ -76,6 +77,7 @@ def draw(
 
         if file is not None or moving:
             raise InvalidRequest("a drawing goes into axes or into a file: give one of them")
+        assert not has_bars(guide)  # what has bars is drawn on sheets of its own
         onto(ax, guide)
         return ax.get_figure()
     kind = None if file is None else check(file, moving=moving)
@@ -89,19 +91,18 @@ def draw(
     if file is not None and kind == "gif":
         write_bytes(film(guide), Path(file))
         return None
-    figure = _still(guide)
+    figure = still(guide)
     if file is not None and kind is not None:
         write(figure, Path(file), kind)
     return figure
 
 
-def _still(guide: PlacedGuide) -> Any:
+def still(guide: Guide) -> Figure:
     """Draw a guide in one pose on a sheet."""
-    own: Any = guide
     if has_bars(guide):
         from .chain import ChainPicture, draw_chain
 
-        return draw_chain(ChainPicture.of(own))
+        return draw_chain(ChainPicture.of(guide))
     from .sheet import sheet
 
     return sheet(guide)
@@ -115,7 +116,7 @@ class Stage(NamedTuple):
     links: Callable[[Pen, int], None]
 
 
-def _staged(guide: PlacedGuide, taken: Poses | ChainPoses) -> Stage:
+def _staged(guide: Guide, taken: Poses | ChainPoses) -> Stage:
     """Return the parts of a film of a guide in poses."""
     if isinstance(taken, ChainPoses):
         from .chain import ChainPicture, put_ground, put_pose
@@ -133,7 +134,7 @@ def _staged(guide: PlacedGuide, taken: Poses | ChainPoses) -> Stage:
     return Stage(shown.box, lambda pen: ground(pen, shown), lambda pen, pose: links(pen, shown, pose))
 
 
-def film(guide: PlacedGuide) -> bytes:
+def film(guide: Guide) -> bytes:
     """Draw an animated GIF of a guide, to and fro or round and round."""
     from ..paper import blank
     from .moving import posed

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..guides.kinds import is_dwell
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Complexes, Floats, Integers
 
@@ -188,7 +189,6 @@ def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, com
 
     For another guide they are None and NaN.
     """
-    dwell: Any = guide  # a `DwellCandidate`, of a higher floor, if it has a joint
-    if not hasattr(dwell, "joint"):
+    if not is_dwell(guide):
         return None, complex("nan")
-    return dwell.joints(guided), complex(*dwell.pivot)
+    return guide.joints(guided), complex(*guide.pivot)

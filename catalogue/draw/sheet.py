@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..guides.kinds import is_candidate
 from ..paper import FAINT, GREY, INK, PATH, SANS, SERIF, blank
 from .mechanism import drawn
 from .poses import poses
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..guides.candidate import Candidate
+    from ..guides.kinds import Guide
     from ..guides.placed import PlacedGuide
 
 
@@ -94,9 +96,9 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
     drawn(Pen(axes, scale), shown)
 
 
-def stroked(guide: PlacedGuide) -> Candidate | None:
-    """Return a guide if it has a stroke, else None."""
-    return cast("Candidate", guide) if hasattr(guide, "stroke") else None
+def stroked(guide: Guide) -> Candidate | None:
+    """Return a guide of two dyads that has a stroke, else None."""
+    return guide if is_candidate(guide) else None
 
 
 def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from ..chains import has_bars
+from ..guides.kinds import has_bars, has_stroke, is_dwell
 from .units import length
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 #: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12
@@ -23,32 +23,30 @@ FAMILIES = {
 }
 
 
-def family(guide: PlacedGuide) -> str:
+def family(guide: Guide) -> str:
     """Return the name of a guide's family for a title; of many bars their number."""
-    one: Any = guide
     if has_bars(guide):
-        return f"mechanism of {len(one.bars)} bars"
-    name = str(one.linkage.family[0])
+        return f"mechanism of {len(guide.bars)} bars"
+    name = str(guide.linkage.family[0])
     return FAMILIES.get(name, name)
 
 
-def asked(guide: PlacedGuide) -> str:
+def asked(guide: Guide) -> str:
     """Describe the path or dwell of a guide; an empty text if it has none."""
-    if (stroke := getattr(guide, "stroke", None)) is not None:
-        radius = guide.radius  # type: ignore[attr-defined]  # what has a stroke has a radius or None
+    if has_stroke(guide):
         unit = f" {guide.unit}" if guide.unit else ""
-        line = f"a straight line of {stroke:g}{unit}"
-        if radius is not None:
-            line = f"an arc of chord {stroke:g}{unit}, radius {radius:.4g}{unit}"
-            line += f", {guide.arc_angle:.4g}°" if getattr(guide, "is_wide", False) else ""  # type: ignore[attr-defined]
-        deviation = guide.deviation  # type: ignore[attr-defined]
-        return f"{line}, exact" if deviation < EXACT_DEVIATION * stroke else f"{line}, deviation {deviation:.3g}{unit}"
-    if (angle := getattr(guide, "angle", None)) is not None:
-        return f"a dwell of {angle:.4g}° within {guide.residual:.3g}°, swing {guide.swing:.4g}°"  # type: ignore[attr-defined]
+        line = f"a straight line of {guide.stroke:g}{unit}"
+        if guide.radius is not None:
+            line = f"an arc of chord {guide.stroke:g}{unit}, radius {guide.radius:.4g}{unit}"
+            line += f", {wide:.4g}°" if (wide := getattr(guide, "arc_angle", None)) is not None else ""
+        exact = guide.deviation < EXACT_DEVIATION * guide.stroke
+        return f"{line}, exact" if exact else f"{line}, deviation {guide.deviation:.3g}{unit}"
+    if is_dwell(guide):
+        return f"a dwell of {guide.angle:.4g}° within {guide.residual:.3g}°, swing {guide.swing:.4g}°"
     return ""
 
 
-def described(guide: PlacedGuide, code: str = "") -> str:
+def described(guide: Guide, code: str = "") -> str:
     """Describe a guide in one line: code, number, name, kind and path."""
     number = getattr(guide, "id", None)
     name = getattr(guide, "name", "")
@@ -58,33 +56,30 @@ def described(guide: PlacedGuide, code: str = "") -> str:
     return " · ".join(part for part in (which, kind, asked(guide)) if part)
 
 
-def facts(guide: PlacedGuide, unit: str) -> list[str]:
+def facts(guide: Guide, unit: str) -> list[str]:
     """List the main numbers of a guide: stroke, radius, deviation, transmission angle."""
     told = []
-    if (stroke := getattr(guide, "stroke", None)) is not None:
-        told.append(f"stroke {length(stroke, unit)}")
-        if (radius := getattr(guide, "radius", None)) is not None:
-            told.append(f"radius {length(radius, unit)}")
-            if getattr(guide, "is_wide", False):
-                told.append(f"{guide.arc_angle:.4g}°")  # type: ignore[attr-defined]
-        deviation = guide.deviation  # type: ignore[attr-defined]
-        told.append("exact" if deviation < EXACT_DEVIATION * stroke else f"deviation {deviation:.3g} {unit}".rstrip())
-    if (angle := getattr(guide, "angle", None)) is not None:
-        residual, swing = guide.residual, guide.swing  # type: ignore[attr-defined]
-        told.append(f"dwell of {angle:.4g}° of the crank within {residual:.3g}°, swing {swing:.4g}°")
+    if has_stroke(guide):
+        told.append(f"stroke {length(guide.stroke, unit)}")
+        if guide.radius is not None:
+            told.append(f"radius {length(guide.radius, unit)}")
+            if (wide := getattr(guide, "arc_angle", None)) is not None:
+                told.append(f"{wide:.4g}°")
+        exact = guide.deviation < EXACT_DEVIATION * guide.stroke
+        told.append("exact" if exact else f"deviation {guide.deviation:.3g} {unit}".rstrip())
+    if is_dwell(guide):
+        told.append(f"dwell of {guide.angle:.4g}° of the crank within {guide.residual:.3g}°, swing {guide.swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:
         told.append(f"minimum transmission angle {least:.0f}°")
     if has_bars(guide):
-        mechanism: Any = guide
-        return [f"{mechanism.drive} drives", *told]
+        return [f"{guide.drive} drives", *told]
     return told or [f"{name} {value:.4g} {unit}".rstrip() for name, value in guide.lengths.items()]
 
 
-def places(guide: PlacedGuide, unit: str) -> list[str]:
+def places(guide: Guide, unit: str) -> list[str]:
     """Describe the positions of the fixed pivots; for a slider the direction of its rail."""
-    own: Any = guide
     if has_bars(guide):
-        at = {name: [length(v, unit) for v in own.joints[name]] for name in own.bars["frame"]}
+        at = {name: [length(v, unit) for v in guide.joints[name]] for name in guide.bars["frame"]}
         return [f"{name} at ({', '.join(place)})" for name, place in at.items()]
     told = []
     for i, dyad in enumerate(guide.pivots):

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ezdxf.layouts.base import BaseLayout
     from ezdxf.layouts.layout import Modelspace
 
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
     from .formats import Options
 
 #: Codes of units in the header (`$INSUNITS`), and the metric ones.
@@ -57,7 +57,7 @@ LAYERS = {"FRAME": 8, "LINKS": 5, "PIVOTS": 1, "PATH": 30, "DIMENSIONS": 3, "NAM
 DIGITS = 6
 
 
-def written_dxf(guide: PlacedGuide, options: Options) -> str:
+def written_dxf(guide: Guide, options: Options) -> str:
     """Return the drawing as the text of a DXF file (R2010); the same guide gives the same text."""
     try:
         from ezdxf import options as settings  # type: ignore[attr-defined]  # its types hide it
@@ -83,7 +83,7 @@ def written_dxf(guide: PlacedGuide, options: Options) -> str:
     return out.getvalue()
 
 
-def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options) -> Drawing:
+def drawing(guide: Guide, links: Links, cut: list[Part], options: Options) -> Drawing:
     """Return the drawing as an object of ezdxf."""
     from ezdxf import zoom
     from ezdxf.filemanagement import new

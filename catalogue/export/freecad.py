@@ -13,7 +13,7 @@ from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 MACRO = '''\
 """A guide ({family}) of mechanism-catalogue {version}, as solids; run it as a macro of FreeCAD, or by freecadcmd."""
@@ -89,7 +89,7 @@ document.recompute()
 '''
 
 
-def macro(guide: PlacedGuide, options: Options) -> str:
+def macro(guide: Guide, options: Options) -> str:
     """Return the macro: plain Python that does not import this package."""
     links = taken_apart(guide)
     sizes = Sizes.of(links, options.bar_width, options.hole)

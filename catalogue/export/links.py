@@ -12,18 +12,19 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import count
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..chains import has_bars
 from ..errors import InvalidRequest
+from ..guides.kinds import has_bars, is_candidate, is_dwell
 from ..kinematics.circuits import OPEN, circuits
 from ..kinematics.link_lengths import in_coupler
 from ..kinematics.linkage import PR, RR
 from ..kinematics.types import Complexes, Floats
 
 if TYPE_CHECKING:
+    from ..guides.kinds import Guide
     from ..guides.placed import PlacedGuide
     from ..guides.run import Run
 
@@ -106,7 +107,7 @@ class Links:
     notes: list[str] = field(default_factory=list)
 
 
-def taken_apart(guide: PlacedGuide) -> Links:
+def taken_apart(guide: Guide) -> Links:
     """Return the links of a guide.
 
     Raises
@@ -157,10 +158,8 @@ def travelled(guide: PlacedGuide) -> Run:
 
     For a guide without a stroke, and for a returning point, it covers the circuit.
     """
-    answer: Any = guide  # a `Candidate`, of a higher floor, if it has a stroke
-    if hasattr(answer, "stroke"):
-        over: Run = answer.run(whole=bool(answer.span().cusp.any()))
-        return over
+    if is_candidate(guide):
+        return guide.run(whole=bool(guide.span().cusp.any()))
     if circuits(guide.linkage).kind[0] == OPEN:
         raise InvalidRequest(
             "the coupler of this linkage runs to infinity: find a stretch of its motion with `catalogue measure`, and "
@@ -173,7 +172,7 @@ def travelled(guide: PlacedGuide) -> Run:
 Places = dict[str, tuple[Complexes, Complexes]]
 
 
-def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
+def placed_over(guide: Guide, links: Links, poses: int) -> Places:
     """Place the links of a guide over its motion.
 
     Parameters
@@ -193,18 +192,17 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
         from .chain_links import chain_placed_over
 
         return chain_placed_over(guide, links, poses)
-    answer: Any = guide  # a `Candidate` or a dwell, of a higher floor
-    if hasattr(answer, "stroke"):
-        turns = answer.driver in answer.rotates or bool(answer.span().cusp.any())
-        moved = answer.motion(poses, whole=turns)
+    if is_candidate(guide):
+        turns = guide.driver in guide.rotates or bool(guide.span().cusp.any())
+        moved = guide.motion(poses, whole=turns)
     else:
         moved = guide.motion(poses)
     turn = np.exp(1j * np.radians(moved.coupler))
     start, now = complex(*guide.guided), moved.points[GUIDED]
     still = np.ones(len(moved), complex)
     points = {**moved.points, **{name: z * still for name, z in _fixed_places(guide).items()}}
-    if rod_and_rocker(guide):
-        points["J"] = answer.joints(now)
+    if is_dwell(guide):
+        points["J"] = guide.joints(now)
     found: Places = {}
     for link in links.links:
         if link.name == "coupler":
@@ -217,7 +215,7 @@ def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
         else:
             first, second = (points[name] for name in list(link.holes)[:2])
             way = second - first
-            found[link.name] = first, way / np.abs(way)
+            found[link.name] = first, np.asarray(way / np.abs(way), complex)
     return found
 
 
@@ -323,8 +321,7 @@ def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:
 
 def rod_and_rocker(guide: PlacedGuide) -> list[tuple[complex, complex]]:
     """Return the ends of rod and rocker of a dwell, the joint last; empty for another guide."""
-    dwell: Any = guide  # a `DwellCandidate`, of a higher floor, if it has a joint
-    if not hasattr(dwell, "joint"):
+    if not is_dwell(guide):
         return []
-    joint = complex(*dwell.joint)
-    return [(complex(*dwell.guided), joint), (complex(*dwell.pivot), joint)]
+    joint = complex(*guide.joint)
+    return [(complex(*guide.guided), joint), (complex(*guide.pivot), joint)]

@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..chains import has_bars
+from ..guides.kinds import has_bars
 from .links import distinct, rod_and_rocker, taken_apart
 from .outlines import Sizes
 
 if TYPE_CHECKING:
+    from ..guides.kinds import Guide
     from ..guides.placed import PlacedGuide
     from .formats import Options
 
@@ -56,7 +57,7 @@ class Parameter:
     comment: str
 
 
-def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
+def parameters(guide: Guide, options: Options) -> list[Parameter]:
     """List link lengths, pivots and slider directions in the given position, part sizes."""
     links = taken_apart(guide)
     found: list[Parameter] = []
@@ -74,12 +75,11 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
         found.append(Parameter(name, degrees, "deg", f"{meaning}, from the x axis"))
 
     if has_bars(guide):
-        mechanism: Any = guide  # an `OwnChain` belongs to a higher floor
         for name, (start, end) in links.lengths.items():
             length(f"bar {name}", abs(end - start), f"length of {name}")
-        for joint, (x, y) in mechanism.joints.items():
+        for joint, (x, y) in guide.joints.items():
             place(f"joint_{joint}", complex(x, y), f"joint {joint}")
-        for slide, along in zip(mechanism.chain.structure.slides, mechanism.chain.u[:, 0].tolist(), strict=True):
+        for slide, along in zip(guide.chain.structure.slides, guide.chain.u[:, 0].tolist(), strict=True):
             angle(f"slide {slide.first} {slide.second} angle", along, f"line of {slide.second} on {slide.first}")
         for wheel, _, radius in links.wheels:
             length(f"wheel {wheel} radius", radius, f"pitch radius of {wheel}")
@@ -116,12 +116,12 @@ def _of_linkage(guide: PlacedGuide, length: Told, place: Told, angle: Told) -> N
         place("rocker_pivot", start, "fixed pivot of the rocker")
 
 
-def solidworks(guide: PlacedGuide, options: Options) -> str:
+def solidworks(guide: Guide, options: Options) -> str:
     """Return equations, one parameter per line, with units."""
     return "".join(f'"{p.name}" = {positional(p.value)}{p.unit}\n' for p in parameters(guide, options))
 
 
-def fusion(guide: PlacedGuide, options: Options) -> str:
+def fusion(guide: Guide, options: Options) -> str:
     """Return user parameters as CSV with a heading."""
     out = io.StringIO()
     rows = csv.writer(out, lineterminator="\n")

@@ -16,6 +16,7 @@ from scipy.optimize import least_squares
 
 from .. import __version__
 from ..errors import InvalidRequest
+from ..guides.kinds import is_candidate
 from ..kinematics.linkage import RR
 from ..kinematics.types import Complexes
 
@@ -114,10 +115,9 @@ def script(guide: PlacedGuide, options: Options) -> str:
     family = str(guide.linkage.family[0])
     if family not in ("four-bar", "slider-crank"):
         raise InvalidRequest(f"pylinkage has no dyads for a guide of family {family}: only four-bars and slider-cranks")
-    answer: Any = guide
-    if getattr(guide, "stroke", None) is None:
+    if not is_candidate(guide):
         raise InvalidRequest("a script for pylinkage asserts a deviation: export an answer of `find` or `measure`")
-    if guide.pole is not None or answer.span().cusp.any():
+    if guide.pole is not None or guide.span().cusp.any():
         raise InvalidRequest("this guide passes a change point, or returns: pylinkage would leave its branch there")
     moved, crank = _driven(guide)
     z, kinds = guide.linkage.points[0], guide.linkage.dyads[0]
@@ -137,17 +137,17 @@ def script(guide: PlacedGuide, options: Options) -> str:
         dyad = f"RRPDyad(crank.output, low, high, {coupler!r}"
         listed = "low, high"
     meaning, measure, longest = "half the width of the narrowest strip", LINE, float(guide.linkage.size[0])
-    if answer.radius is not None:
-        meaning = f"from the best-placed arc of radius {answer.radius:.9g}"
-        centre = _centre(moved.points["guided"], answer.radius, moved.deviation)
-        measure, longest = ARC.format(centre=centre, radius=answer.radius), longest + answer.radius
+    if guide.radius is not None:
+        meaning = f"from the best-placed arc of radius {guide.radius:.9g}"
+        centre = _centre(moved.points["guided"], guide.radius, moved.deviation)
+        measure, longest = ARC.format(centre=centre, radius=guide.radius), longest + guide.radius
     return SCRIPT.format(
         family=family,
         version=__version__,
         unit=f"; lengths in {options.unit}" if options.unit else "",
         dyad=dyad.partition("(")[0],
-        stroke=answer.stroke,
-        deviation=answer.deviation,
+        stroke=guide.stroke,
+        deviation=guide.deviation,
         meaning=meaning,
         steps=LIMITS.steps,
         start=float(start[0]),
@@ -158,7 +158,7 @@ def script(guide: PlacedGuide, options: Options) -> str:
         radius=float(abs(z[crank, 1] - z[crank, 0])),
         joint=f'joint = {dyad}, x={joint.real!r}, y={joint.imag!r}, name="joint")',
         listed=listed,
-        share=f"{LIMITS.wide} * " if answer.is_wide else "",
+        share=f"{LIMITS.wide} * " if guide.is_wide else "",
         distance=float(abs(place) * coupler),
         angle=float(np.angle(place)),
         measure=measure,

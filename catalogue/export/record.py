@@ -8,9 +8,11 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..chains import has_bars
+from ..guides.kinds import has_bars
 
 if TYPE_CHECKING:
+    from ..guides.kinds import Guide
+    from ..guides.own_chain import OwnChain
     from ..guides.placed import PlacedGuide
     from .formats import Options
 
@@ -20,14 +22,14 @@ PROVENANCE = ("id", "series", "configuration", "order", "cognate", "drift")
 ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
-def written_json(guide: PlacedGuide, options: Options) -> str:
+def written_json(guide: Guide, options: Options) -> str:
     """Return the guide as JSON: pivots, lengths, limits, measures, provenance, to all digits."""
     told: dict[str, Any] = getattr(guide, "to_dict", dict)()
     record = _of_bars(guide) if has_bars(guide) else _of_linkage(guide, options, told)
     return json.dumps(record, indent=1, allow_nan=False) + "\n"
 
 
-def _of_bars(guide: Any) -> dict[str, Any]:
+def _of_bars(guide: OwnChain) -> dict[str, Any]:
     """Return an `OwnChain` in the form that `catalogue.mechanism` reads, with its measures."""
     given = guide.given
     return {

@@ -15,13 +15,13 @@ from .links import placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 #: Time of creation in the file: fixed, so that the same guide gives the same file.
 EPOCH = "2000-01-01T00:00:00"
 
 
-def solids(guide: PlacedGuide, options: Options) -> str:
+def solids(guide: Guide, options: Options) -> str:
     """Return the file, in millimetres.
 
     Raises

@@ -22,7 +22,7 @@ from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
     from .formats import Options
 
 #: Colours of the groups.
@@ -59,7 +59,7 @@ class Strokes:
 STROKES = Strokes()
 
 
-def written_svg(guide: PlacedGuide, options: Options) -> str:
+def written_svg(guide: Guide, options: Options) -> str:
     """Return the drawing as the text of an SVG file."""
     links = taken_apart(guide)
     cut = parts(links, Sizes.of(links, options.bar_width, options.hole))

@@ -13,14 +13,14 @@ from ..errors import InvalidRequest, MissingExtra, quoted
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
     from .formats import Options
 
 #: Time of creation in a workbook: fixed, so that the same guide gives the same file.
 EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
 
 
-def motion_table(guide: PlacedGuide, options: Options) -> pd.DataFrame:
+def motion_table(guide: Guide, options: Options) -> pd.DataFrame:
     """Compute the motion table over the stroke, or over the circuit.
 
     Raises
@@ -52,11 +52,11 @@ def _columns(headings: list[str], wanted: Any) -> list[str]:
     return list(found)
 
 
-def written_csv(guide: PlacedGuide, options: Options) -> str:
+def written_csv(guide: Guide, options: Options) -> str:
     return motion_table(guide, options).to_csv(index=False, lineterminator="\n")
 
 
-def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
+def written_xlsx(guide: Guide, options: Options) -> bytes:
     """Return a workbook of one sheet with a fixed heading.
 
     Cells of NaN are empty.
@@ -81,7 +81,7 @@ def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
     return out.getvalue()
 
 
-def written_parquet(guide: PlacedGuide, options: Options) -> bytes:
+def written_parquet(guide: Guide, options: Options) -> bytes:
     out = io.BytesIO()
     try:
         motion_table(guide, options).to_parquet(out, engine="pyarrow", index=False)

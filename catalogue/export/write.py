@@ -9,14 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..chains import has_bars
 from ..errors import InvalidRequest, quoted
 from ..folders import is_folder, replacing
+from ..guides.kinds import has_bars
 from .formats import Options, chosen
 
 if TYPE_CHECKING:
-    from ..guides.own_chain import OwnChain
-    from ..guides.placed import PlacedGuide
+    from ..guides.kinds import Guide
 
 #: Module and name of the function of each format.
 WRITERS = {
@@ -37,7 +36,7 @@ TWO_DYADS = ("pylinkage",)
 
 
 def export(
-    guide: PlacedGuide | OwnChain, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
+    guide: Guide, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
 ) -> str | bytes:
     """Export a guide in a format and unit, to a file if named.
 
@@ -54,8 +53,8 @@ def export(
         others = ", ".join(one for one in WRITERS if one not in TWO_DYADS)
         raise InvalidRequest(f"{kind} holds linkages of two dyads: export a mechanism of many bars as {others}")
     module, name = WRITERS[kind]
-    write: Callable[[PlacedGuide, Options], str | bytes] = getattr(import_module(f".{module}", __package__), name)
-    placed: Any = guide.in_unit(how.unit)
+    write: Callable[[Guide, Options], str | bytes] = getattr(import_module(f".{module}", __package__), name)
+    placed = guide.in_unit(how.unit)
     made = write(placed, replace(how, unit=placed.unit))
     if path is not None:
         try:

@@ -28,6 +28,7 @@ from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
 from .guide_motion import SAMPLES, sampled
+from .notebook import NotebookViews
 from .run import RUN
 from .verbs import verb
 
@@ -62,7 +63,7 @@ GRID = Grid()
 
 
 @dataclass(frozen=True)
-class OwnChain:
+class OwnChain(NotebookViews):
     """A mechanism of many bars of your own with its guided point; made by `catalogue.mechanism`.
 
     Attributes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
@@ -19,6 +18,7 @@ from ..kinematics.linkage import RR, Linkage
 from ..units import converted, factor, power, unit_or_none
 from .columns import CANDIDATE, Column
 from .guide_motion import SAMPLES, GuideMotion, sampled
+from .notebook import NotebookViews
 from .run import Run
 from .verbs import verb
 
@@ -66,7 +66,7 @@ class Circuit:
     joined: bool = False
 
 
-class PlacedGuide:
+class PlacedGuide(NotebookViews):
     """Base of all placed guides: a linkage with a guided point.
 
     Attributes
@@ -317,27 +317,6 @@ class PlacedGuide:
             Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
         """
         return verb("draw")(self, file, ax=ax, moving=moving, unit=unit, scale=scale, code=self.code)
-
-    def _repr_html_(self) -> str | None:
-        """Return the animated guide for a notebook."""
-        with suppress(InvalidRequest):
-            html: str = verb("guide_html")(self)
-            return html
-        return None
-
-    def _repr_svg_(self) -> str | None:
-        """Return the animated guide for viewers without HTML."""
-        with suppress(InvalidRequest):
-            svg: str = verb("moving_svg")(self, layers=("names",))
-            return svg
-        return None
-
-    def _repr_png_(self) -> bytes | None:
-        """Return a still for viewers without SVG; None without matplotlib."""
-        with suppress(InvalidRequest):
-            png: bytes | None = verb("guide_png")(self)
-            return png
-        return None
 
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
         """Plot deviation, speed, transmission angle and mechanical advantage over the drive.

@@ -16,6 +16,7 @@ from ..kinematics.splines import SPLINE, place_points
 from ..kinematics.types import Complexes, Floats, Integers
 from ..problem.path import places
 from .guide_motion import GuideMotion
+from .kinds import is_dwell
 
 if TYPE_CHECKING:
     from .placed import PlacedGuide
@@ -151,7 +152,7 @@ class Run:
 
     @property
     def _has_output(self) -> bool:
-        return hasattr(self.guide, "joint")
+        return is_dwell(self.guide)
 
     def _values(self, s: Floats) -> Complexes:
         """Compute positions and directions at phases (m,), shape (m, k)."""
@@ -169,9 +170,8 @@ class Run:
                 there.append(pin)
             else:
                 links.append((pin - z[i, 0]) / abs(z[i, 1] - z[i, 0]))
-        if self._has_output:
-            dwell: Any = self.guide
-            joint, pivot = dwell.joints(guided), complex(*dwell.pivot)
+        if is_dwell(self.guide):
+            joint, pivot = self.guide.joints(guided), complex(*self.guide.pivot)
             there.append(joint)
             links += [(joint - pivot) / np.abs(joint - pivot), (guided - joint) / np.abs(guided - joint)]
         return np.stack([*there, *links], axis=1)

@@ -13,12 +13,22 @@ import pytest
 
 import catalogue
 from catalogue.draw.cards import CARDS
+from catalogue.guides.own_chain import OwnChain
 from catalogue.guides.placed import PlacedGuide
 from catalogue.guides.results import Found
 from catalogue.html_table import html_table
 from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
 
-every = pytest.mark.parametrize("made", [*EVERY, OWN, OPEN, DWELL], ids=[*NAMES, "own", "open", "dwell"])
+BARS = catalogue.mechanism(
+    {
+        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
+        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
+        "drive": "crank",
+        "point": "P",
+    }
+)
+GUIDES = {**dict(zip(NAMES, EVERY, strict=True)), "own": OWN, "open": OPEN, "dwell": DWELL, "many bars": BARS}
+every = pytest.mark.parametrize("made", GUIDES.values(), ids=GUIDES)
 
 
 def whole(html: str) -> ET.Element:
@@ -27,7 +37,7 @@ def whole(html: str) -> ET.Element:
 
 
 @every
-def test_a_guide_moves(made: PlacedGuide) -> None:
+def test_a_guide_moves(made: PlacedGuide | OwnChain) -> None:
     html, svg = made._repr_html_(), made._repr_svg_()
     assert html is not None
     assert svg is not None
@@ -40,6 +50,7 @@ def test_a_guide_moves(made: PlacedGuide) -> None:
 @pytest.mark.slow
 def test_a_guide_has_a_still_for_what_shows_no_html() -> None:
     assert (OWN._repr_png_() or b"").startswith(b"\x89PNG")
+    assert (BARS._repr_png_() or b"").startswith(b"\x89PNG")
 
 
 def test_without_matplotlib_it_moves_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -167,7 +167,7 @@ def test_a_stretch_says_what_was_measured_and_draws_its_stroke() -> None:
 @pytest.mark.parametrize("which", EVERY)
 def test_the_spline_follows_the_path(which: str) -> None:
     one = mechanism(EVERY[which])
-    links = taken_apart(one)  # type: ignore[arg-type]  # as every guide
+    links = taken_apart(one)
     spline = cubic(links.knots, links.path)
     low, _, high = one.drawn
     inner = np.linspace(low + 1e-3, high - 1e-3, 500)
