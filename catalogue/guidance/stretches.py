@@ -100,7 +100,14 @@ SIDES = np.kron(EXTENSION.shorter ** np.arange(2)[:, None], _TURN / np.abs(_TURN
 
 
 def straightest(
-    circuits: Carriers, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
+    circuits: Carriers,
+    point: Complexes,
+    stroke: Floats,
+    *,
+    circle: bool,
+    radius: float | None = None,
+    count: int = 4,
+    last: int = QUICK_SEARCH.last,
 ) -> Stretches:
     """Find the straightest stretches of coupler points (k,) on circuits (k,).
 
@@ -113,17 +120,26 @@ def straightest(
         Distance of the ends [length].
     circle : bool
         Fit circles, of the given `radius` [length] or of any.
+    last : int
+        Number of final rounds of moves with `count` 1; each divides the error of a window by six.
     """
     quick = count == 1
 
     def found(block: Indices) -> Stretches:
         seek = Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
-        return seek.numbered(least(seek, stroke[block], np.full(len(block), np.inf), count))
+        return seek.numbered(least(seek, stroke[block], np.full(len(block), np.inf), count, last=last))
 
     return _by_blocks(found, len(circuits))
 
 
-def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indices | None = None) -> Stretches:
+def least(
+    seek: Search,
+    stroke: Floats,
+    bound: Floats,
+    count: int,
+    which: Indices | None = None,
+    last: int = QUICK_SEARCH.last,
+) -> Stretches:
     """Find the windows of least deviation over strokes (m,), below bounds (k,).
 
     With `count` 1 return the best window of each linkage; else the best one of each curve, and
@@ -133,6 +149,8 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
     ----------
     stroke : ndarray, shape (m,)
         Strokes for all curves, or for those numbered `which` (m,) [length].
+    last : int
+        Number of final rounds of moves with `count` 1.
     """
     cells = seek.cells(stroke, which)
     cells = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
@@ -150,7 +168,7 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
         at, by = _near_the_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.closer)
         apart = seek.distinct(at)
         at, _ = _near_the_best(seek, at[apart], by[apart], bound, QUICK_SEARCH.tied)
-        at, _ = seek.moved(at, QUICK_SEARCH.piece * (at.high - at.low), QUICK_SEARCH.last, WINDOW.finer, along=True)
+        at, _ = seek.moved(at, QUICK_SEARCH.piece * (at.high - at.low), last, WINDOW.finer, along=True)
         return at[seek.leading(at, at.deviation, 1)]
     at, by = seek.moved(at, by, STRETCH_SEARCH.first)
     apart = seek.distinct(at)

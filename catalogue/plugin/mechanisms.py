@@ -51,17 +51,23 @@ class Draws:
         Number of positions of a stretch at which it is measured.
     flat : float
         Radius above which an arc counts as a line [strokes].
+    last : int
+        Number of final rounds of moves of a stretch: one leaves its deviation 1 % too large.
+    specimens : int
+        Number of guides that are drawn on first use.
     fits : int
         Number of fits of an arc of given radius, each in the scale that the previous one gave.
     """
 
-    plan: str = "2"
+    plan: str = "3"
     shares: tuple[float, ...] = (0.3, 0.55, 0.8)
     deviation: float = 0.02
     size: float = 40.0
     transmission: float = 5.0
     positions: int = 65
     flat: float = 50.0
+    last: int = 1
+    specimens: int = 1000
     fits: int = 3
 
 
@@ -99,6 +105,7 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
         starts=made.starts if any(one.from_four_bars for one in families) else None,
         mechanism=made.mechanism,
         pinned=[one.name for one in families if not (one.structure.slides or one.structure.gears)],
+        specimens=DRAWS.specimens,
     )
 
 
@@ -122,7 +129,7 @@ class _Made:
         made: list[Specimen] = []
         for circle in (False, True):
             for share in DRAWS.shares:
-                stretch = straightest(found, point, share * across, circle=circle, count=1)
+                stretch = straightest(found, point, share * across, circle=circle, count=1, last=DRAWS.last)
                 good = np.flatnonzero(stretch.deviation <= DRAWS.deviation * stretch.stroke)
                 which, low, high = stretch.circuit[good], stretch.low[good], stretch.high[good]
                 values = [{name: float(column[rows[i]]) for name, column in p.items()} for i in which.tolist()]
