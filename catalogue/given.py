@@ -29,7 +29,7 @@ LARGEST = 2**53
 RANGE = 1e-305, 1e304
 
 
-def number(name: str, value: Any, kind: str = "a number") -> float:
+def number(name: str, value: object, kind: str = "a number") -> float:
     """Convert a real number to float, NaN and infinity too; refuse texts and truth values."""
     scalar = value[()] if isinstance(value, np.ndarray) and not value.ndim else value
     if isinstance(scalar, Real | Decimal) and not isinstance(scalar, bool):
@@ -42,7 +42,7 @@ def number(name: str, value: Any, kind: str = "a number") -> float:
     raise InvalidRequest(f"{name} must be {kind}, not {quoted(value)}")
 
 
-def positive(name: str, value: Any) -> float:
+def positive(name: str, value: object) -> float:
     """Convert a positive number within `RANGE` to float; refuse anything else."""
     given = number(name, value)
     if not math.isfinite(given) or given <= 0:
@@ -66,7 +66,7 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
     return given
 
 
-def switch(name: str, value: Any) -> bool:
+def switch(name: str, value: object) -> bool:
     """Convert a truth value, NumPy's too, to bool; refuse anything else."""
     if not isinstance(value, bool | np.bool_):
         raise InvalidRequest(f"{name} must be True or False, not {quoted(value)}")
@@ -83,7 +83,7 @@ def listed(given: Any) -> list[Any] | None:
         return None
 
 
-def names(name: str, given: Any) -> tuple[str, ...]:
+def names(name: str, given: object) -> tuple[str, ...]:
     """Convert one name or path, or several, to a tuple of texts; refuse anything else."""
     found = []
     for one in (given,) if isinstance(given, str | Mapping) else _each(given):  # an iterator may be endless
@@ -101,7 +101,7 @@ def _each(given: Any) -> Iterator[Any]:
         yield given
 
 
-def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
+def complexes(name: str, given: object) -> npt.NDArray[np.complex128]:
     """Convert finite points x + iy to a complex array; refuse anything else."""
     try:
         found = np.asarray(given, dtype=complex)
@@ -112,7 +112,7 @@ def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
     return found
 
 
-def doubles(given: Any) -> npt.NDArray[np.float64]:
+def doubles(given: object) -> npt.NDArray[np.float64]:
     """Convert real numbers, nested too, to an array of doubles.
 
     Raises
@@ -134,7 +134,7 @@ def doubles(given: Any) -> npt.NDArray[np.float64]:
 
 def array(
     name: str,
-    given: Any,
+    given: object,
     *shapes: tuple[int | EllipsisType | None, ...],
     finite: bool = False,
     wrong: type[CatalogueError] = InvalidRequest,
@@ -225,7 +225,7 @@ def text(name: str, given: Any) -> str:
     return found
 
 
-def choice(name: str, given: Any, options: Sequence[str]) -> str:
+def choice(name: str, given: object, options: Sequence[str]) -> str:
     """Return a name if it is one of the options; refuse anything else."""
     if not isinstance(given, str) or given not in options:
         raise InvalidRequest(f"{name} must be one of {', '.join(map(repr, options))}, not {quoted(given)}")

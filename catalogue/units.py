@@ -47,7 +47,7 @@ def decimal(text: str) -> float | None:
         return None
 
 
-def length_in(value: Any) -> tuple[Fraction | float, str | None] | None:
+def length_in(value: object) -> tuple[Fraction | float, str | None] | None:
     """Parse a length with its unit, or a number, whose unit is None; None for any other text."""
     plain = _plain(value)
     if plain is not None:
@@ -61,7 +61,7 @@ def length_in(value: Any) -> tuple[Fraction | float, str | None] | None:
     return number * times, base
 
 
-def angle_in(value: Any) -> float | None:
+def angle_in(value: object) -> float | None:
     """Parse an angle in degrees or with its unit [deg]; None for any other text."""
     plain = _plain(value)
     if plain is not None:

@@ -135,18 +135,18 @@ def _check_lengths(chain: Chain, told: Mapping[str, Any]) -> None:
             )
 
 
-def _mapping(name: str, given: Any) -> Mapping[str, Any]:
+def _mapping(name: str, given: object) -> Mapping[str, Any]:
     if not isinstance(given, Mapping) or not given:
         raise InvalidLinkage(f"{quoted(name)} must say something by name, not {quoted(given)}")
     return given
 
 
-def _joints(name: str, given: Any) -> Sequence[Any]:
+def _joints(name: str, given: object) -> Sequence[Any]:
     """Return the joints of a bar; a text names joints of one letter."""
     return given if isinstance(given, str) else _sequence(name, given)
 
 
-def _sequence(name: str, given: Any) -> Sequence[Any]:
+def _sequence(name: str, given: object) -> Sequence[Any]:
     if isinstance(given, str | bytes | Mapping) or not isinstance(given, Sequence):
         raise InvalidLinkage(f"{name} must be a list, not {quoted(given)}")
     return given
@@ -156,7 +156,7 @@ def _listed(given: Mapping[str, Any], name: str) -> Sequence[Any]:
     return _sequence(quoted(name), given.get(name, []))
 
 
-def _named(name: str, given: Any, *wanted: Sequence[str]) -> Mapping[str, Any]:
+def _named(name: str, given: object, *wanted: Sequence[str]) -> Mapping[str, Any]:
     if not isinstance(given, Mapping) or all({*given} != {*one} for one in wanted):
         told = " or ".join(", ".join(one) for one in wanted)
         raise InvalidLinkage(f"{name} must say {told}, not {quoted(given)}")
@@ -175,7 +175,7 @@ def _direction(slide: Mapping[str, Any], places: Mapping[str, complex]) -> compl
     return places[other] - places[one]
 
 
-def _two(name: str, given: Any) -> tuple[str, str]:
+def _two(name: str, given: object) -> tuple[str, str]:
     one, other = pair(name, given, "the names of two bars")
     return text(name, one), text(name, other)
 

@@ -107,7 +107,7 @@ def _elements(found: Classification, radius: float | None) -> list[list[dict[str
     ]
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     """Format a value for CSV: codes of series separated by spaces."""
     return " ".join(value) if isinstance(value, list) and all(isinstance(v, str) for v in value) else value
 

@@ -58,7 +58,7 @@ def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
     return found
 
 
-def _value(name: str, value: Any, one: click.Option) -> Any:
+def _value(name: str, value: object, one: click.Option) -> Any:
     """Convert a value to words of the command line; that of a switch to True or False."""
     if one.is_flag:
         if not isinstance(value, bool):
@@ -71,7 +71,7 @@ def _value(name: str, value: Any, one: click.Option) -> Any:
     return [_word(name, value)] if one.multiple else _word(name, value)
 
 
-def _word(name: str, value: Any) -> str:
+def _word(name: str, value: object) -> str:
     if isinstance(value, list):
         return ",".join(_word(name, part) for part in value)
     if isinstance(value, bool) or not isinstance(value, str | int | float):

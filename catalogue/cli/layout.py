@@ -9,7 +9,7 @@ import os
 import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import printable
 
@@ -65,7 +65,7 @@ class Heading:
         return "\n".join(lines)
 
 
-def cell(value: Any) -> str:
+def cell(value: object) -> str:
     """Format a cell: a dash for None, control characters escaped."""
     text = "-" if value is None else str(value)
     return text if text.isprintable() else printable(text)

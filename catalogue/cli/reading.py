@@ -121,7 +121,7 @@ def read_rows(file: str, content: str | None = None) -> list[Row]:
     return read
 
 
-def _unit(place: str, given: Any) -> str | None:
+def _unit(place: str, given: object) -> str | None:
     """Return the unit of length of a linkage from any of its spellings."""
     if given is None:
         return None

@@ -64,7 +64,7 @@ def _json(text: str, file: str) -> list[Row]:
     ]
 
 
-def _depth(given: Any) -> int:
+def _depth(given: object) -> int:
     depth = 0
     while isinstance(given, list) and given:
         given, depth = given[0], depth + 1

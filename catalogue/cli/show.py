@@ -169,7 +169,7 @@ def _headed(heading: str) -> str:
     return f"{heading} [{unit()}]" if unit() else heading
 
 
-def _plain(value: Any) -> str:
+def _plain(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{name} {_plain(v)}" for name, v in value.items())
     if isinstance(value, list | tuple):

@@ -63,7 +63,7 @@ def refuse_existing(file: Path, flag: str, *, force: bool) -> None:
 class _Picture(_Output):
     """A file or folder to draw to; an undrawable format is refused before the search."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from ..draw.picture import check
 
         file: Path = super().convert(value, param, ctx)
@@ -138,7 +138,7 @@ def tell(text: str) -> None:
     write(console(), text)
 
 
-def print_json(given: Any) -> None:
+def print_json(given: object) -> None:
     """Print JSON, with null for NaN."""
     print(json.dumps(given, indent=1, allow_nan=False))
 
@@ -244,7 +244,7 @@ _NUMBERS: Mapping[str, str] = {
 }
 
 
-def row(one: Any, names: Sequence[str], **given: Any) -> list[Any]:
+def row(one: Any, names: Sequence[str], **given: object) -> list[Any]:
     """Format the cells of an answer; `given` cells replace its own."""
     made = {
         name: given[name] if name in given else _MADE[name](one) if name in _MADE else _plain(one, name)

@@ -41,7 +41,7 @@ class Length(_ParamType):
 
     name = "length"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         found = length_in(value)
         if found is None:
             self.fail(f'{value!r} is no length: write 80, 80mm, 2.5cm, 3.5in, 3 1/2" or 1/8in', param, ctx)
@@ -57,7 +57,7 @@ class Angle(_ParamType):
 
     name = "angle"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         found = angle_in(value)
         if found is None:
             self.fail(f"{value!r} is no angle: write 30, 30deg or 0.5rad", param, ctx)
@@ -73,7 +73,7 @@ class Zone(_ParamType):
 
     name = "zone"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
         numbers = [LENGTH.convert(part, param, ctx) for part in value.replace(",", " ").split()]
@@ -89,7 +89,7 @@ class Desire(_ParamType):
 
     name = "desire"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
         name, equals, numbers = (part.strip() for part in value.partition("="))
@@ -105,7 +105,7 @@ class NamedPoint(_ParamType):
 
     name = "named point"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):
             return value
         name, _, numbers = value.partition("=")

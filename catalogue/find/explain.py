@@ -348,7 +348,7 @@ class Explanation:
             return None
         return rounded(float(value[0]), room, up=name not in BOUNDS or BOUNDS[name].is_upper)
 
-    def _relaxation(self, name: str, value: Any) -> Relaxation:
+    def _relaxation(self, name: str, value: object) -> Relaxation:
         """Format a relaxed bound as an option, beside the requested bound."""
         if value is None:
             return Relaxation(option(name))
@@ -370,7 +370,7 @@ def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBa
     return Refinement.of(loose, nearest[first[np.isfinite(total[first])]]).run(ROUNDS).best
 
 
-def _with_value(name: str, value: Any) -> str:
+def _with_value(name: str, value: object) -> str:
     """Format the option of a constraint with its values; a switch has none."""
     if value is True:
         return option(name)

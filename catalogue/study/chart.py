@@ -121,7 +121,7 @@ def _sorting(value: Any) -> tuple[int, float, str]:
 
 
 @lru_cache(maxsize=4096, typed=True)
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     if value is None or value != value:
         return ""
     words = str(value).split()

@@ -49,7 +49,7 @@ def grid(base: Mapping[str, Any], axes: Mapping[str, Any]) -> list[Request]:
     return [Request.from_dict({**base, **dict(zip(values, point, strict=True))}) for point in product(*values.values())]
 
 
-def _values(base: Mapping[str, Any], name: str, given: Any) -> list[Any]:
+def _values(base: Mapping[str, Any], name: str, given: object) -> list[Any]:
     if isinstance(given, Mapping):
         factors = listed(given.get("scale")) if {*given} == {"scale"} else None
         if not factors or name not in base:

@@ -292,5 +292,5 @@ def _changes(asked: Request, looser: Request) -> tuple[tuple[str, str, str], ...
     return tuple((name, _text(other.get(name)), _text(one.get(name))) for name in names)
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     return "" if value is None else value if isinstance(value, str) else json.dumps(value)
