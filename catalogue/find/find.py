@@ -169,9 +169,13 @@ def is_answered(database: Database, problem: Problem) -> bool:
 def _last(
     database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
-    """Select from all searches; if a search with effort 0 finds none, search with effort 1."""
+    """Select from all searches; if no first answer lasts with effort 0, search with effort 1.
+
+    Without a feasible candidate both efforts search alike.
+    """
     chosen = selected(problem, every, report, options)
-    if chosen is not None or problem.effort or report.nearest is None:
+    exhausted = all(search.status == "exhausted" for search in every)
+    if chosen is not None or problem.effort or report.nearest is None or exhausted:
         return chosen
     return searched(database, replace(problem, effort=1), report, options)
 
