@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..candidates.feasibility import EXACT_DEVIATION
 from ..chains.chain import Chain
 from ..chains.circuits import ChainCircuits, circuits, followed_circuits
 from ..collections.results import CollectionCandidate
@@ -128,6 +129,8 @@ class _Made:
         across = Curves.of(found, point, np.arange(len(found))).across
         made: list[Specimen] = []
         for circle in (False, True):
+            if circle and one.exact and made and max(guide.deviation for guide in made) < EXACT_DEVIATION:
+                break  # its points run along lines
             for share in DRAWS.shares:
                 stretch = straightest(found, point, share * across, circle=circle, count=1, last=DRAWS.last)
                 good = np.flatnonzero(stretch.deviation <= DRAWS.deviation * stretch.stroke)
