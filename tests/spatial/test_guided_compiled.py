@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catalogue.spatial.continuation.curve import rises
 from catalogue.spatial.geometry.guides import KINDS
 from catalogue.spatial.geometry.surfaces import Plane
 from catalogue.spatial.guided import compiled
@@ -174,15 +175,13 @@ def test_positions_are_right_to_the_last_digits(
 
 def test_a_step_in_which_the_drive_turns_back_is_refused() -> None:
     """By the cubic of the drive through both ends of the step, whose slope must stay above the cube of the turn."""
-    from catalogue.spatial.native import curve
+    from catalogue.spatial.native import curve as native
 
     draw, t, verdicts = np.random.default_rng(6), np.linspace(0, 1, 2001), Counter[bool]()
     for _ in range(400):
         a, b, rise, turn = *draw.uniform(0, 1, 2), draw.uniform(0, 0.5), draw.choice([1e-3, 0.5])
-        nodes: Any = SimpleNamespace(slope=np.array([a]), drive=np.zeros(1), tangent=np.zeros((1, 1)))
-        found = curve.rises.py_func(
-            nodes, 0, 2.0, 2.0 * rise, b, LIMITS.margin, SimpleNamespace(tangent=np.array([turn]))
-        )
+        found = bool(rises(a, b, rise, LIMITS.margin * turn**3))
+        assert native.rises(a, b, rise, LIMITS.margin * turn**3) == found
         slope = a * (1 - t) ** 2 + 2 * (3 * rise - a - b) * t * (1 - t) + b * t**2
         assert found == (slope[1:-1].min() >= min(a, b, LIMITS.margin * turn**3))
         verdicts[found] += 1

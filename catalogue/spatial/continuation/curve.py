@@ -111,7 +111,8 @@ class Trace(NamedTuple):
         """Return states at arc lengths by the cubics between nodes, shape (n, numbers)."""
         i = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
         h = (self.s[i + 1] - self.s[i])[:, None]
-        return cubic(((s - self.s[i])[:, None]) / h, h, self.y[i], self.y[i + 1], self.rate[i], self.rate[i + 1])
+        t = (s - self.s[i])[:, None] / h
+        return np.asarray(cubic(t, h, self.y[i], self.y[i + 1], self.rate[i], self.rate[i + 1]))
 
     def where(self, value: Array) -> Array:
         """Invert a monotonic drive: return arc lengths at given values."""
@@ -185,17 +186,28 @@ class Traces(NamedTuple):
         return np.asarray(np.searchsorted(self.who, np.arange(len(self.reason)), side="right") - 1)
 
 
-def cubic(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
-    """Return Hermite's cubic at the part t of an interval h."""
+# -- formulas of arrays, which `native` compiles for one pose --------------------------------------
+def cubic(t: Any, h: Any, a: Any, b: Any, da: Any, db: Any) -> Any:
+    """Evaluate Hermite's cubic at the part t of an interval h: ends a, b and their derivatives."""
     u = 1 - t
-    return np.asarray(u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db))
+    return u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db)
 
 
-def cubic_slope(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
-    """Return the derivative of the cubic by t."""
-    return np.asarray(6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
+def cubic_slope(t: Any, h: Any, a: Any, b: Any, da: Any, db: Any) -> Any:
+    """Differentiate `cubic` by the part t."""
+    return 6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db)
 
 
-def around(angle: Array) -> Array:
-    """Return angles between -pi and pi."""
-    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
+def around(angle: Any) -> Any:
+    """Reduce angles by whole turns to between -pi and pi [rad]."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def rises(first: Any, last: Any, mean: Any, least: Any) -> Any:
+    """Check that the cubic of a drive rises all along a step: else two dead points may lie between.
+
+    It is given by its slopes at the ends and on average, `least` being the least that counts.
+    """
+    linear, square = 6 * mean - 4 * first - 2 * last, 3 * (first + last - 2 * mean)
+    dips = (square > 0) & (linear < 0) & (linear > -2 * square)
+    return (last <= 0) | np.logical_not(dips) | (first - linear * linear / (4 * square) >= least)

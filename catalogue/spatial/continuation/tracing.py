@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...kinematics.types import Array
-from .curve import Curve, Limits, Trace, Traces, around, cubic
+from .curve import Curve, Limits, Trace, Traces, around, cubic, rises
 from .dead_points import dead_points
 from .newton import LAST, newton_step
 
@@ -112,7 +112,8 @@ class March:
             value = drive + around(value - drive)
         value, slope_new = value + (by * off).sum(1), (by * new).sum(1)
         if limits.margin >= 0:
-            good &= rises(slope, slope_new, (value - drive) / arc, limits.margin * turn**1.5)
+            with np.errstate(all="ignore"):
+                good &= rises(slope, slope_new, (value - drive) / arc, limits.margin * turn**1.5)
         # corrections and the square of the bow grow like the fourth power of a step, its turn
         # linearly
         worst = np.maximum(np.maximum(size / limits.aim, 2 * bent), 4 * turned**2)
@@ -143,17 +144,6 @@ class March:
     def trace(self, i: int) -> Trace:
         """Return the nodes of one curve."""
         return self.traces().one(i)
-
-
-def rises(one: Array, other: Array, rise: Array, least: Array) -> Array:
-    """Check that cubics of the drive grow all along steps: else two dead points may lie between.
-
-    `one`, `other` and `rise` are slopes at the ends and on average, `least` the least that counts.
-    """
-    linear, square = 6 * rise - 4 * one - 2 * other, 3 * (one + other - 2 * rise)
-    dips = (square > 0) & (linear < 0) & (linear > -2 * square)
-    with np.errstate(all="ignore"):
-        return np.asarray((other <= 0) | ~dips | (one - linear**2 / (4 * square) >= least))
 
 
 def _where(mask: Array, a: Array, b: Array) -> Array:

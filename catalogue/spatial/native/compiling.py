@@ -9,6 +9,8 @@ from zlib import crc32
 import numpy as np
 from numba import njit
 
+from ..continuation import curve as formulas
+
 #: Arrays come from outside and stay there while a function runs: not to count who uses them makes
 #: it four times faster.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
@@ -25,10 +27,11 @@ ONE: Any = np.int64(1)
 
 
 def version(file: str, *more: str) -> int:
-    """Return a checksum of a folder of kernels, this one, and `more`.
+    """Return a checksum of a folder of kernels, this one, `continuation.curve` and `more`.
 
     As a default of kept functions it is part of their types, so that numba does not take for them
     what it has kept of another version: that depends to it on the file of each alone.
     """
     sources = [path for folder in (__file__, file) for path in sorted(Path(folder).parent.glob("*.py"))]
+    sources.append(Path(formulas.__file__))
     return crc32(b"".join([*(source.read_bytes() for source in sources), *(text.encode() for text in more)]))

@@ -13,10 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..continuation import curve as formulas
 from .compiling import NOUGHT, ONE, compiled, inlined
 from .elimination import substitute
 from .equations import lifted, moved, unitary
 from .newton import around, evaluated, factored, lacking, largest, select
+
+cubic, cubic_slope, rises = inlined(formulas.cubic), inlined(formulas.cubic_slope), inlined(formulas.rises)
 
 #: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
 LEAST_BULGE = 1e-3
@@ -49,13 +52,6 @@ def nodes(unknowns: int, most: int, numbers: int) -> Nodes:
 def at(plan, geometry, g, y, w):
     """Find what conditions lack and the drive in one state, with their Jacobian."""
     evaluated(plan, geometry, g, y, w, True)
-
-
-@inlined
-def cubic(t, h, a, b, da, db):
-    """Return Hermite's cubic at the part t of an interval h."""
-    u = 1 - t
-    return u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db)
 
 
 @inlined
@@ -138,8 +134,8 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
 def good_step(plan, h, nodes, k, first, second, w, limits):
     """Return whether a step stays on its smooth curve, but for the determinant's sign.
 
-    With it its arc, and how much longer the next may be: corrections grow like the fourth power of
-    a step, the turn like the step, the bow like its square.
+    With it its arc, how much longer the next may be, and the square of its turn: corrections grow
+    like the fourth power of a step, the turn like the step, the bow like its square.
     """
     chord, cosine, turn = 0.0, 0.0, 0.0
     for i in range(len(w.y)):
@@ -158,21 +154,7 @@ def good_step(plan, h, nodes, k, first, second, w, limits):
     good = first <= min(limits.refused, 0.1 * h) and second <= max(limits.contraction * first, limits.last)
     change = min(limits.aim / max(first, TINY), 0.5 / max(bent, TINY)) ** 0.25
     change = min(max(min(change, 0.7 / sqrt(max(turned, TINY))), 0.3), 2.0)
-    return good and turned <= 1 and bent <= 1, arc, change if first == first else 0.3
-
-
-@inlined
-def rises(nodes, k, arc, value, slope, margin, w):
-    """Return whether the drive grows all along a step: its cubic, whose error is the cube of the
-    angle turned, does.
-    """
-    a, b, rise, turn = nodes.slope[k], slope, (value - nodes.drive[k]) / arc, 0.0
-    linear, square = 6 * rise - 4 * a - 2 * b, 3 * (a + b - 2 * rise)
-    if b <= 0 or not (square > 0 and linear < 0 and linear > -2 * square):
-        return True
-    for i in range(len(w.tangent)):
-        turn += (w.tangent[i] - nodes.tangent[k, i]) ** 2
-    return a - linear * linear / (4 * square) >= margin * turn**1.5
+    return good and turned <= 1 and bent <= 1, arc, change if first == first else 0.3, turn
 
 
 @inlined
@@ -199,8 +181,10 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     sign, first, second, value, slope = stepped(plan, geometry, g, held, h, nodes.s[k] - nodes.s[b], nodes, k, b, w)
     if sign == 0:
         return h, False, False, True
-    good, arc, change = good_step(plan, h, nodes, k, first, second, w, limits)
-    good = good and (limits.margin < 0 or rises(nodes, k, arc, value, slope, limits.margin, w))
+    good, arc, change, turn = good_step(plan, h, nodes, k, first, second, w, limits)
+    if good and limits.margin >= 0:
+        mean = (value - nodes.drive[k]) / arc
+        good = rises(nodes.slope[k], slope, mean, limits.margin * turn**1.5)
     crossing = sign != orientation
     if good and not crossing:
         write_node(nodes, to, nodes.s[k] + arc, value, slope, w)
@@ -316,7 +300,7 @@ def where(nodes, i, direction, value):
             low = t
         else:
             high = t
-        better = t - off / (6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
+        better = t - off / cubic_slope(t, h, a, b, da, db)
         if not low <= better <= high:
             better = (low + high) / 2
         gone, t = abs(better - t), better

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from math import pi
-
 import numpy as np
 
+from ..continuation import curve as formulas
 from .compiling import compiled, inlined
 from .elimination import eliminate, substitute
 from .equations import evaluate, moved, unitary
+
+around = inlined(formulas.around)
 
 #: A matrix is factored anew where the step by an old one is larger than this part of the step
 #: before.
 SLOW = 0.05
 #: Predicted error of a pose at which its correction ends.
 NONE_LEFT = 1e-15
-
-
-@inlined
-def around(angle):
-    """Return an angle between -pi and pi."""
-    return (angle + pi) % (2 * pi) - pi
 
 
 @compiled
