@@ -1,4 +1,4 @@
-"""Find poses at values of a drive, from the design pose, compiled or by numpy."""
+"""Sweep a drive from the design pose to given values, compiled or by numpy."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from . import compiled
 from .curve import Curve
 from .newton import ACCURACY, solved
 
-#: How far beyond an end of its way, in units or radians, a value of the drive still counts as
-#: reached.
+#: Distance beyond the end of a motion [units or rad] at which a value of the drive is reached.
 BESIDE = 1e-12
-#: Why a way ended, in the order of `kernel`.
+#: Reasons why a motion ends, in the order of `native.curve`.
 REASONS = ("", TURNING, BRANCH, STUCK, LONG)
 
 
@@ -42,9 +41,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     fast = curve.system.fast
     if fast is None:
         return _swept(curve, y, at, tangent, target, goal)
-    nodes = (
-        np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent,
-    )  # fmt: skip
+    nodes = np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent
     sign = newton_step(at[0], at[1], tangent, signed=True)[2]
     states, end, why, singular = compiled.swept(
         fast, curve.held, nodes, sign, target, goal, MOST, (tracing.LIMITS, ACCURACY)
@@ -60,19 +57,22 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
 def _swept(
     curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, target: Array, goal: Array
 ) -> tuple[Array, Array, Array]:
-    """Sweep by numpy: all ways first, then all poses together."""
-    n = len(y)
-    both = np.tile(np.arange(n), 2)
-    signed = np.concatenate([-tangent, tangent])
-    traces = toward(curve.take(both), y[both], signed, target.T.ravel(), at=tuple(v[both] for v in at))
-    states, inside = np.full((n, len(goal), y.shape[1]), np.nan), np.zeros((n, len(goal)), bool)
-    for i in range(n):
-        trace = traces.one(i).joined(traces.one(n + i))
-        inside[i] = (goal >= trace.drive[0] - BESIDE) & (goal <= trace.drive[-1] + BESIDE)
-        if inside[i].any():
-            states[i, inside[i]] = trace.at(trace.where(goal[inside[i]])) if len(trace.s) > 1 else trace.y[:1]
-    who, which = np.nonzero(inside)
-    found, good = solved(curve.take(who), states[who, which], goal[which])
+    """Trace all curves down and up by numpy, then correct all poses together."""
+    n, begin = len(y), at[2]
+    both, sign = np.tile(np.arange(n), 2), np.repeat((-1.0, 1.0), n)
+    traces = toward(
+        curve.take(both), y[both], sign[:, None] * tangent[both], target.T.ravel(), at=tuple(v[both] for v in at)
+    )
+    end, nodes, along = traces.nodes.drive[traces.last].reshape(2, n), traces.nodes, sign[traces.who]
+    gone = along * (nodes.drive - begin[both[traces.who]])
+    growing = traces._replace(nodes=nodes._replace(drive=gone, slope=along * nodes.slope))
+    who, which = np.nonzero((goal >= end[0, :, None] - BESIDE) & (goal <= end[1, :, None] + BESIDE))
+    guess, far = y[who], goal[which] - begin[who]
+    some = np.flatnonzero(np.abs(far) > BESIDE)
+    if len(some):
+        guess[some] = growing.between(who[some] + n * (far[some] > 0), np.abs(far[some]))[0]
+    states = np.full((n, len(goal), y.shape[1]), np.nan)
+    found, good = solved(curve.take(who), guess, goal[which])
     found[~good] = np.nan
     states[who, which] = found
-    return states, traces.nodes.drive[traces.last].reshape(2, n).T, traces.reason.reshape(2, n).T
+    return states, end.T, traces.reason.reshape(2, n).T
