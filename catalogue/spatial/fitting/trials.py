@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,17 +12,15 @@ import numpy as np
 from ...errors import InvalidLinkage, InvalidRequest
 from ...kinematics.types import Array
 from ..jointed.curve import Curve
-from ..jointed.hard_points import directions, numbers
+from ..jointed.hard_points import numbers
 from ..jointed.mechanism import Mechanism
 from ..jointed.motion import Motion, taken
 from ..jointed.newton import solved
+from ..jointed.sensitivity import STEP
 from ..jointed.system import System
 from .boxes import Variables
 from .targets import Bound, Sweep, Target
 
-#: Displacement of a hard point, in the size of the mechanism, for central differences of exact
-#: solutions.
-STEP = 2.0**-17
 #: Why a trial counts as none.
 OTHER_ASSEMBLY = "its design pose is another assembly"
 
@@ -147,8 +145,7 @@ class Trials:
         """Return the motions of mechanisms at variables u (n, k) next to a trial, stacked."""
         system, (n, s) = motion.curve.system, (len(u), motion.states.shape[1])
         shift = self.variables.in_system(system, self.variables.displacement(u - trial.u))
-        points = system.points + shift
-        moved = replace(system, points=points, directions=directions(system.specs, points))
+        moved = system.with_points(system.points + shift)
         design = np.repeat(moved.design[None], n, axis=0)
         held = moved.evaluate(design)[1][:, :-1] if motion.held else np.zeros((n, 0))
         curve = Curve(moved, held).take(np.repeat(np.arange(n), s))

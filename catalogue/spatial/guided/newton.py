@@ -64,7 +64,7 @@ def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
         next_step, next_length = _step(then)
         before = np.where(better, length, before)
         step, length = np.where(better, next_step, step), np.where(better, next_length, length)
-        now = _merged(better, then, now)
+        now = Equations(*(np.where(better, new, old) for new, old in zip(then, now, strict=True)))
         part = np.where(better, _first(length), part / 2)
         if stop.any():
             done = np.flatnonzero(stop)
@@ -75,7 +75,7 @@ def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
                 break
             who, sub, at, values = who[keep], sub.take(keep), at[:, keep], values[:, keep]
             step, length, part, before = step[:, keep], length[keep], part[keep], before[keep]
-            now = _taken(now, keep)
+            now = Equations(*(v[..., keep] for v in now))
     else:
         state[:, who] = at
     return Root(state, found, evaluations)
@@ -90,14 +90,3 @@ def _step(now: Equations) -> tuple[Array, Array]:
 def _first(length: Array) -> Array:
     with np.errstate(all="ignore"):
         return np.minimum(1, CAP / length)
-
-
-def _merged(where: Array, one: Equations, other: Equations) -> Equations:
-    return Equations(*(np.where(where, getattr(one, k), getattr(other, k)) for k in _FIELDS))
-
-
-def _taken(now: Equations, index: Array) -> Equations:
-    return Equations(*(getattr(now, k)[..., index] for k in _FIELDS))
-
-
-_FIELDS = ("residual", "jacobian", "drivers", "metric", "travel")

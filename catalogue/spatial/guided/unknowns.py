@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ def moved(state: Array, step: Array, metric: Array | float = 1.0) -> Array:
         return np.concatenate([turned(state[:4], step[:3]), state[4:] + step[3:] / metric])
 
 
-@dataclass(frozen=True)
-class Equations:
+class Equations(NamedTuple):
     """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free
     coordinate (f, n) and per driver (k, n)."""
 

@@ -26,6 +26,7 @@ from .motion import Motion
 from .rank import RANK, SINGULAR, UNMET, missed_by, rank_of, without_missed
 from .request import Drives
 from .scalars import ScalarFunction
+from .several_drives import STILL
 from .sweeping import swept
 from .system import System
 
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "axis_on", "origin", "quaternion")
 #: Starts at most, where all assemblies are looked for.
 MOST = 1_000_000
-#: Slope of a drive, per arc length, that counts as none.
-STILL = 1e-7
 
 
 @dataclass(frozen=True)

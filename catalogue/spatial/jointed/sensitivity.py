@@ -12,7 +12,6 @@ import pandas as pd
 from ...given import instance
 from .curve import Curve
 from .frame import framed
-from .hard_points import directions
 from .motion import Motion, taken
 from .newton import solved
 
@@ -58,7 +57,7 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
             for shift in (STEP, -STEP):
                 points = system.points.copy()
                 points[:, k, axis] += shift
-                moved = replace(system, points=points, directions=directions(system.specs, points))
+                moved = system.with_points(points)
                 curve = Curve(moved.take(who), held[who, which])
                 states = np.full_like(motion.states, np.nan)
                 states[who, which], _ = solved(curve, motion.states[who, which], target)

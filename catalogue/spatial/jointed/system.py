@@ -16,6 +16,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from . import compiled
+from .hard_points import directions
 from .located_guide import LocatedGuide
 from .tree import Tree, span
 from .vectors import cross, dots, series
@@ -104,6 +105,10 @@ class System(Tree):
         some = replace(self, points=self.points[index], directions=self.directions[index])
         vars(some).update({name: vars(self)[name] for name in SHARED if name in vars(self)})
         return some
+
+    def with_points(self, points: Array) -> System:
+        """Return the system of mechanisms with other hard points (n, h, 3), in units."""
+        return replace(self, points=points, directions=directions(self.specs, points))
 
     @cached_property
     def lengths(self) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor, coefficients
 from .located_guide import LocatedGuide
-from .vectors import EYE, cayley, cross, series, skew, turned, waves
+from .vectors import EYE, cayley, cross, series, skew, turned, turning, waves
 from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
@@ -301,9 +301,7 @@ class Tree:
         for p in self.placed:
             if p.joint_kind == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
-                    s, v, half = y[:, number, None], y[:, number + 1 : number + 4], step[:, unknown : unknown + 3] / 2
-                    out[:, number] = -(half * v).sum(1)
-                    out[:, number + 1 : number + 4] = s * half + cross(half, v)
+                    out[:, number : number + 4] = turning(y[:, number : number + 4], step[:, unknown : unknown + 3])
                     out[:, number + 4 : number + 7] = step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.joint_kind]):

@@ -73,10 +73,13 @@ def rotation(q: Array) -> Array:
     return np.asarray(2 * (v[..., :, None] * v[..., None, :] + s * skew(v)) + (2 * s * s - 1) * EYE)
 
 
+def turning(q: Array, spin: Array) -> Array:
+    """Return the rates of unit quaternions (n, 4) at angular velocities (n, 3)."""
+    half, v = spin / 2, q[:, 1:]
+    return np.concatenate([-(half * v).sum(1, keepdims=True), q[:, :1] * half + cross(half, v)], axis=1)
+
+
 def turned(q: Array, turn: Array) -> Array:
-    """Return unit quaternions (n, 4) after a small rotation (n, 3), its vector before them."""
-    half = turn / 2
-    out = np.empty_like(q)
-    out[:, 0] = q[:, 0] - (half * q[:, 1:]).sum(1)
-    out[:, 1:] = q[:, 1:] + q[:, :1] * half + cross(half, q[:, 1:])
+    """Return unit quaternions (n, 4) after small rotations (n, 3)."""
+    out = q + turning(q, turn)
     return np.asarray(out / np.sqrt((out * out).sum(1, keepdims=True)))
