@@ -39,7 +39,7 @@ def _bar(shown: ChainPoses, frame: Frame, clock: Clock, bar: int) -> Markup:
     """Return a bar with its wheels, slots and block, moving as a rigid body."""
     structure, z, origin = shown.structure, shown.at.chain.z[:, 0], shown.at.origin[bar, 0]
     name = structure.names[bar]
-    kind = "crank driver" if name == structure.drive else "crank"
+    kind = "crank driver" if name == structure.drive else "crank plate"
     kind = "coupler" if bar in structure.on[shown.point] and name != structure.drive else kind
     corners = frame.along(np.array([z[j] for j, bars in enumerate(structure.on) if bar in bars]) - origin)
     parts = [_circle(frame.along(c - origin), r * frame.scale) for one, c, r in shown.wheels if one == bar]

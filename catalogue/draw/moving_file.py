@@ -34,7 +34,8 @@ class MovingSheet(NamedTuple):
     narrowest: float = 130.0  #: smallest width of the sheet, for its texts
     widest: float = 240.0  #: largest width of the drawing
     tallest: float = 200.0  #: largest height of the drawing
-    head: float = 19.0  #: height of the title
+    head: float = 19.0  #: height of the title, with one line of facts
+    letter: float = 1.9  #: mean width of a letter of the facts
     line: float = 4.6  #: height of a line of text
     scale_bar: float = 11.0  #: height of the scale bar
     controls: float = 8.0  #: height of a row of controls
@@ -136,10 +137,12 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     told = [f"{name} = {length(value, unit)}" for name, value in guide.lengths.items()] + places(guide, unit)
     width = max(size.real, SHEET.narrowest) + 2 * SHEET.margin
     columns = max(1, int((width - 2 * SHEET.margin) // 60))
+    lines = _lines(guide, code, unit, width - 2 * SHEET.margin)
+    head = SHEET.head + SHEET.line * (len(lines) - 1)
     rows = math.ceil(len(told) / columns)
-    top = SHEET.head + size.imag + 6
+    top = head + size.imag + 6
     height = top + SHEET.scale_bar + rows * SHEET.line + SHEET.controls * math.ceil(len(layers) / _across(width)) + 10
-    frame = Frame.centred(shown, ratio, SHEET.point, width, height, complex(0.5 * width, SHEET.head + 0.5 * size.imag))
+    frame = Frame.centred(shown, ratio, SHEET.point, width, height, complex(0.5 * width, head + 0.5 * size.imag))
     clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
     left = (width - 2 * SHEET.margin) / columns
     listed = [
@@ -148,7 +151,7 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     ]
     inside = [
         element("style", _STYLE),
-        _title(guide, code, unit),
+        _title(guide, lines),
         _dimension(guide, frame, unit),
         _bar(frame, drawn, unit, top),
         *listed,
@@ -165,7 +168,7 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
         hidden,
         described(guide, code),
         "guide-",
-        clip=(SHEET.head - 1, top),
+        clip=(head - 1, top),
         inside=join(inside),
         width=f"{number(width)}mm",
         height=f"{number(height)}mm",
@@ -177,14 +180,25 @@ def _across(width: float) -> int:
     return max(1, int((width - 2 * SHEET.margin) // SHEET.box))
 
 
-def _title(guide: Guide, code: str, unit: str) -> Markup:
+def _lines(guide: Guide, code: str, unit: str, width: float) -> list[str]:
+    """Return the facts below the title, in lines of a width [mm]."""
+    lines: list[str] = []
+    for part in filter(None, [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]):
+        longer = f"{lines[-1]} · {part}" if lines else part
+        if lines and SHEET.letter * len(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(part)
+    return lines
+
+
+def _title(guide: Guide, lines: list[str]) -> Markup:
+    """Return the title, with the facts below it."""
     series = getattr(guide, "series", "") or getattr(guide, "name", "")
     head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
-    said = [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]
-    told = " · ".join(part for part in said if part)
-    return element("text", head, class_="series", x=number(SHEET.margin), y="10") + text(
-        told, complex(SHEET.margin, 15.5), "fact"
-    )
+    title = element("text", head, class_="series", x=number(SHEET.margin), y="10")
+    told = [text(line, complex(SHEET.margin, 15.5 + SHEET.line * k), "fact") for k, line in enumerate(lines)]
+    return join([title, *told])
 
 
 def _dimension(guide: Guide, frame: Frame, unit: str) -> Markup:

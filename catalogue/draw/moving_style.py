@@ -59,6 +59,7 @@ def _style() -> str:
             _pen(one + ".link", "crank", 1.3, "crank-face"),
             _pen(one + ".link.driver", "driver", 1.3, "driver-face"),
             _pen(one + ".link.coupler", "coupler", 1.3, "coupler-face", "fill-opacity:.7"),
+            f"{one}.link.plate{{fill-opacity:.7}}",
             _pen(one + ".slider," + one + ".slide", "crank", 1.3, "paper"),
             _pen(one + ".pin", "ink", 1.4, "paper"),
             _pen(one + ".point", "paper", 1, "path"),

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import TextPath
 from PIL import Image
 
 import catalogue
@@ -32,6 +34,16 @@ from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
 
 SVG = "{http://www.w3.org/2000/svg}"
 every = pytest.mark.parametrize("made", [*EVERY, OWN, OPEN, DWELL], ids=[*NAMES, "own", "open", "dwell"])
+
+
+BARS = catalogue.mechanism(
+    {
+        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
+        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
+        "drive": "crank",
+        "point": "P",
+    }
+)
 
 
 def drawn_path(root: ET.Element) -> Any:
@@ -241,3 +253,16 @@ def test_two_poses_differ_in_a_browser(tmp_path: Path) -> None:
         with Image.open(out) as picture:
             pictures.append(np.asarray(picture.convert("L"), float))
     assert np.abs(pictures[0] - pictures[1]).max() > 100
+
+
+@pytest.mark.parametrize("made", [ARC, DWELL, BARS.measure(stroke=3)[0]], ids=["arc", "dwell", "many bars"])
+def test_facts_end_on_the_paper(made: Any) -> None:
+    """Their widths in the font of the drawing are those that matplotlib sets."""
+    root = ET.fromstring(moving_file(made, code="a2bcdef"))
+    width, font = float(root.attrib["viewBox"].split()[2]), FontProperties(family="DejaVu Sans")
+    size = 9 * float(root.attrib["style"].partition("--guide-point:")[2].partition("px")[0].partition(";")[0])
+    facts = [e for e in root.iter(f"{SVG}text") if e.attrib["class"] == "fact"]
+    assert len(facts) > 4
+    for fact in facts:
+        end = float(fact.attrib["x"]) + TextPath((0, 0), fact.text or "", size=size, prop=font).get_extents().x1
+        assert end < width - 4, fact.text
