@@ -54,10 +54,10 @@ def guide_html(guide: Guide) -> Markup:
 
 def guide_png(guide: Guide) -> bytes | None:
     """Return a still of a guide as PNG, for viewers without HTML; None if it cannot be drawn."""
-    from .picture import still
+    from .sheet import sheet
 
     try:
-        return bytes(still(guide)._repr_png_())  # type: ignore[attr-defined]  # see `paper.blank`
+        return bytes(sheet(guide)._repr_png_())  # type: ignore[attr-defined]  # see `paper.blank`
     except MissingExtra:
         return None
 

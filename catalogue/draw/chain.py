@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,39 +12,19 @@ from ..chains.circuits import ChainCircuits
 from ..chains.lengths import pitch_circles
 from ..chains.poses import Poses
 from ..chains.structure import Structure
+from ..guides.kinds import has_stroke
 from ..kinematics.types import Complexes, Floats
-from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH, SANS, SERIF, blank, kind_of, literal, write
+from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH
 from .symbols import Pen
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..guides.own_chain import OwnChain
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Layout of the drawing [in].
-
-    Attributes
-    ----------
-    width, margin, title : float
-        Width of the sheet, margin about the drawing, height of its title.
-    low, high : float
-        Smallest and largest height of the sheet.
-    positions : int
-        Number of positions of a motion from which the travel of a slide is taken.
-    """
-
-    width: float = 8.0
-    margin: float = 0.8
-    title: float = 0.9
-    low: float = 2.5
-    high: float = 8.0
-    positions: int = 65
-
-
-PAGE = Layout()
+#: Largest number of positions of a motion from which the travel of a slide is taken.
+POSITIONS = 65
+#: Number of positions at which the deviation along the stroke is drawn.
+ALONG = 257
 
 
 @dataclass(frozen=True)
@@ -58,42 +37,49 @@ class ChainPicture:
         One circuit, of the bar with the guided joint.
     point : int
         Number of the guided joint.
-    path : ndarray, shape (m,)
+    phases : ndarray, shape (m,)
         Phases along the path [rad].
     middle : float
         Phase of the pose [rad].
     ghosts : ndarray, shape (k,)
         Phases of poses to draw faintly [rad].
-    title : str
-    facts : list of str
+    position, error : ndarray, shape (d,)
+        Positions along the stroke, and the deviations there [length]; empty without a stroke.
     """
 
     circuit: ChainCircuits
     point: int
-    path: Floats
+    phases: Floats
     middle: float
     ghosts: Floats
-    title: str
-    facts: list[str]
+    position: Floats = field(default_factory=lambda: np.empty(0))
+    error: Floats = field(default_factory=lambda: np.empty(0))
 
     @classmethod
     def of(cls, guide: OwnChain) -> ChainPicture:
         """Return the drawing of a mechanism: its pose, path and ghosts, in its unit."""
         low, middle, high = guide.drawn
-        path = guide.samples(low, high).polyline([0])
-        ends = np.array([low, high] if hasattr(guide, "stroke") else [])
-        facts = [*guide.facts, f"lengths in {guide.unit}" if guide.unit else ""]
-        return cls(guide.circuit, guide.read.point, path, middle, ends, guide.name or "Mechanism", facts)
+        samples = guide.samples(low, high)
+        shown = cls(guide.circuit, guide.read.point, samples.polyline([0]), middle, np.empty(0))
+        if not has_stroke(guide):
+            return shown
+        z = shown.along(samples.rows(np.linspace(0, 1, ALONG)))
+        position = ((z - guide.frame.origin) * guide.frame.direction.conjugate()).real
+        return replace(shown, ghosts=np.array([low, high]), position=position, error=guide.deviations(z))
 
     @property
     def structure(self) -> Structure:
         """Structure of the mechanism."""
         return self.circuit.chain.structure
 
+    def along(self, phases: Floats) -> Complexes:
+        """Compute the guided joint at phases (m,) [length]."""
+        return self.circuit.poses(phases[:, None]).joint(self.point)[:, 0]
+
     @cached_property
-    def curve(self) -> Complexes:
+    def path(self) -> Complexes:
         """Points of the path, (m,) [length]."""
-        return self.circuit.poses(self.path[:, None]).joint(self.point)[:, 0]
+        return self.along(self.phases)
 
     @cached_property
     def at(self) -> Poses:
@@ -106,43 +92,18 @@ class ChainPicture:
         return np.array([self.at.joint(j)[:, 0] for j in range(len(self.structure.joints))])
 
     @property
-    def box(self) -> tuple[complex, complex]:
-        """Lower left and upper right corner of all that is drawn [length]."""
-        structure, z = self.structure, self.shown[:, 0]
-        wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, z)]
+    def places(self) -> Complexes:
+        """Places of the joints in the pose, (j,) [length]."""
+        return self.shown[:, 0]
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1 of all that is drawn [length]."""
+        structure, places = self.structure, self.shown[:, 0]
+        wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, places)]
         rims = [centre + radius * way for _, centre, radius in wheels for way in (1, 1j, -1, -1j)]
-        every = np.concatenate([self.curve, self.shown.ravel(), rims])
-        return complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
-
-
-def draw_chain(one: ChainPicture, file: str | Path | None = None) -> Figure:
-    """Draw a mechanism in one pose, with its path and ghosts.
-
-    Parameters
-    ----------
-    one : ChainPicture
-    file : path, optional
-        PNG, SVG or PDF by suffix.
-    """
-    kind = None if file is None else kind_of(file)
-    low, high = one.box
-    inner = PAGE.width - 2 * PAGE.margin
-    inch = max((high - low).real / inner, (high - low).imag / (PAGE.high - PAGE.title - PAGE.margin))
-    height = max(PAGE.low, (high - low).imag / inch + PAGE.title + PAGE.margin)
-    figure = blank(PAGE.width, height)
-    _title(figure, one, height)
-    axes = figure.add_axes((0, 0, 1, (height - PAGE.title + 0.5 * PAGE.margin) / height), gid="mechanism")
-    axes.set_axis_off()
-    centre = 0.5 * (low + high)
-    half = 0.5 * (height - PAGE.title + 0.5 * PAGE.margin) * inch
-    axes.set_xlim(centre.real - 0.5 * PAGE.width * inch, centre.real + 0.5 * PAGE.width * inch)
-    axes.set_ylim(centre.imag - half, centre.imag + half)
-    axes.set_aspect("equal")
-    put_chain(Pen(axes, inch / 72), one)
-    literal(figure)
-    if file is not None and kind is not None:
-        write(figure, Path(file), kind)
-    return figure
+        z = np.concatenate([self.path, self.shown.ravel(), rims])
+        return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())
 
 
 def put_chain(pen: Pen, one: ChainPicture) -> None:
@@ -170,14 +131,7 @@ def put_pose(pen: Pen, one: ChainPicture, pose: int) -> None:
 
 
 def _path(pen: Pen, one: ChainPicture) -> None:
-    pen.line(one.curve, "path", color=PATH, linewidth=1.8, zorder=7)
-
-
-def _title(figure: Figure, one: ChainPicture, height: float) -> None:
-    figure.text(PAGE.margin / PAGE.width, 1 - 0.4 / height, one.title, family=SERIF, size=15, color=INK)
-    figure.text(
-        PAGE.margin / PAGE.width, 1 - 0.65 / height, "; ".join(filter(None, one.facts)), family=SANS, size=8, color=GREY
-    )
+    pen.line(one.path, "path", color=PATH, linewidth=1.8, zorder=7)
 
 
 def _bars(pen: Pen, one: ChainPicture, at: Poses, z: Complexes, pose: int, prefix: str, *, ghost: bool = False) -> None:
@@ -210,8 +164,8 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
     """Draw the line of a slide over the motion, from the joints of its bar."""
     structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
-    step = max(1, len(one.path) // PAGE.positions)
-    run = [one.circuit.poses(one.path[::step, None]).way(number)[:, 0]]
+    step = max(1, len(one.phases) // POSITIONS)
+    run = [one.circuit.poses(one.phases[::step, None]).way(number)[:, 0]]
     start = complex(shown.at[slider, pose, 0]) - along * float(shown.way(number)[pose, 0])
     if rail != structure.frame:
         held = [j for j, bars in enumerate(structure.on) if rail in bars]

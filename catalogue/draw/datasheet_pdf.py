@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..guides.kinds import has_bars
+from ..guides.kinds import has_stroke
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
-from .chain import ChainPicture, put_chain
 from .curves import curves, panel
 from .datasheet import ROOM, Content, Table, content, paper_of
-from .mechanism import drawn
-from .poses import poses
-from .scene import Scene, scene, scene_of
-from .sheet import stroked
+from .scene import Scene
+from .sheet import pictured, put
 from .symbols import Pen
 from .units import Scale, length
 
@@ -25,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..guides.kinds import Guide
+    from .chain import ChainPicture
 
 
 class PdfSheet(NamedTuple):
@@ -124,14 +122,8 @@ def _drawing(page: _Page, guide: Guide, scale: str | None, top: float, deep: flo
 def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: float) -> None:
     """Draw a guide in axes of a size in millimetres, with a scale bar."""
     unit = guide.unit or ASSUMED
-    candidate = stroked(guide)
-    shown: Any
-    if has_bars(guide):
-        shown = ChainPicture.of(guide)
-        (x0, y0), (x1, y1) = ((z.real, z.imag) for z in shown.box)
-    else:
-        shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
-        x0, y0, x1, y1 = shown.box
+    shown = pictured(guide)
+    x0, y0, x1, y1 = shown.box
     per = millimetres(unit)
     sides = ((wide - 2 * PAGE.border, x1 - x0), (deep - 8 - 2 * PAGE.border, y1 - y0))
     room = min(free / side if side > 0 else np.inf for free, side in sides)
@@ -142,12 +134,9 @@ def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: flo
     middle = 0.5 * (y0 + y1) - 4 / ratio
     axes.set_ylim(middle - 0.5 * deep / ratio, middle + 0.5 * deep / ratio)
     pen = Pen(axes, INCH / 72 / ratio)
-    if has_bars(guide):
-        put_chain(pen, shown)
-    else:
-        drawn(pen, shown)
-    if candidate is not None:
-        _dimension(pen, shown, length(candidate.stroke, unit))
+    put(pen, shown)
+    if has_stroke(guide):
+        _dimension(pen, shown, length(guide.stroke, unit))
     step = to.bar(unit, 45.0)
     left, low = axes.get_xlim()[0], axes.get_ylim()[0] + 1.5 / ratio
     tick = 1.2j / ratio
@@ -157,12 +146,12 @@ def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: flo
     axes.text(ends[1].real + 2 / ratio, low, said, family=SANS, size=7.5, color=GREY, va="bottom", gid="scale-length")
 
 
-def _dimension(pen: Pen, shown: Scene, words: str) -> None:
+def _dimension(pen: Pen, shown: Scene | ChainPicture, words: str) -> None:
     """Draw the dimension line of the stroke, opposite the fixed pivots."""
     start, end = shown.path[0], shown.path[-1]
     along = (end - start) / abs(end - start)
     up = 1j * along
-    others = np.concatenate([shown.fixed[shown.kinds != 1], shown.coupler[shown.middle]])
+    others = shown.places
     if ((others - start) * np.conj(up)).real.sum() > 0:
         up = -up
     p = pen.point

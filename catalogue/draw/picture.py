@@ -11,7 +11,6 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..given import switch
-from ..guides.kinds import has_bars
 from ..paper import FORMATS, kind_of, write, write_bytes
 from .chain_poses import ChainPoses
 from .moving_file import moving_file
@@ -19,7 +18,6 @@ from .symbols import Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from ..guides.kinds import Guide
     from .poses import Poses
@@ -77,7 +75,6 @@ def draw(
 
         if file is not None or moving:
             raise InvalidRequest("a drawing goes into axes or into a file: give one of them")
-        assert not has_bars(guide)  # what has bars is drawn on sheets of its own
         onto(ax, guide)
         return ax.get_figure()
     kind = None if file is None else check(file, moving=moving)
@@ -91,21 +88,12 @@ def draw(
     if file is not None and kind == "gif":
         write_bytes(film(guide), Path(file))
         return None
-    figure = still(guide)
+    from .sheet import sheet
+
+    figure = sheet(guide)
     if file is not None and kind is not None:
         write(figure, Path(file), kind)
     return figure
-
-
-def still(guide: Guide) -> Figure:
-    """Draw a guide in one pose on a sheet."""
-    if has_bars(guide):
-        from .chain import ChainPicture, draw_chain
-
-        return draw_chain(ChainPicture.of(guide))
-    from .sheet import sheet
-
-    return sheet(guide)
 
 
 class Stage(NamedTuple):
@@ -123,10 +111,8 @@ def _staged(guide: Guide, taken: Poses | ChainPoses) -> Stage:
 
         own: Any = guide
         path = own.samples(*own.range if taken.closed else (taken.phases[0], taken.phases[-1])).polyline([0])
-        one = ChainPicture(own.circuit, taken.point, path, taken.phases[0], taken.phases[1:], "", [])
-        low, high = one.box
-        box = low.real, low.imag, high.real, high.imag
-        return Stage(box, lambda pen: put_ground(pen, one), lambda pen, pose: put_pose(pen, one, pose))
+        one = ChainPicture(own.circuit, taken.point, path, taken.phases[0], taken.phases[1:])
+        return Stage(one.box, lambda pen: put_ground(pen, one), lambda pen, pose: put_pose(pen, one, pose))
     from .mechanism import ground, links
     from .scene import scene_of
 

@@ -65,6 +65,11 @@ class Scene:
     middle: int = SCENE.poses // 2  #: index of the pose in mid-stroke, or in the position given
 
     @property
+    def places(self) -> Complexes:
+        """Places of the fixed pivots and of the coupler's corners in the middle pose, (k,)."""
+        return np.concatenate([self.fixed[self.kinds != PR], self.coupler[self.middle]])
+
+    @property
     def box(self) -> tuple[float, float, float, float]:
         """x0, y0, x1, y1 of everything."""
         fixed = self.fixed[self.kinds != PR]

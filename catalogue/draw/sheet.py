@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..guides.kinds import is_candidate
-from ..paper import FAINT, GREY, INK, PATH, SANS, SERIF, blank
+from ..guides.kinds import has_bars, has_stroke, is_candidate
+from ..paper import FAINT, GREY, INK, PATH, SANS, SERIF, blank, literal
 from .mechanism import drawn
 from .poses import poses
 from .scene import Scene, scene, scene_of
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
     from ..guides.candidate import Candidate
     from ..guides.kinds import Guide
-    from ..guides.placed import PlacedGuide
+    from ..guides.own_chain import ChainStretch
+    from .chain import ChainPicture
 
 
 class SheetLayout(NamedTuple):
@@ -38,23 +39,26 @@ class SheetLayout(NamedTuple):
     deviation: float = 1.2  #: height of the deviation plot
     exactly: float = 0.4  #: height of the deviation plot of an exact guide
     labels: float = 0.65  #: height of its labels
+    name: float = 23.0  #: font size of the name [pt]
+    kind: float = 16.0  #: font size of the kind of guide [pt]
 
 
 SHEET = SheetLayout()
 
 
-def sheet(guide: PlacedGuide) -> Figure:
+def sheet(guide: Guide) -> Figure:
     """Draw a guide at mid-stroke with ghosts at the ends, its path and its deviation.
 
     A guide without a stroke is drawn in its given position, with its path over the circuit.
     """
-    candidate = stroked(guide)
-    shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
+    shown = pictured(guide)
     x0, y0, x1, y1 = shown.box
     inner = SHEET.width - 2 * SHEET.margin
     inch = max((x1 - x0) / (inner - 2 * SHEET.border), (y1 - y0) / (SHEET.high - 2 * SHEET.border))
     height = max(SHEET.low, (y1 - y0) / inch + 2 * SHEET.border)
-    strip = 0.0 if candidate is None else SHEET.exactly if _exact(candidate) else SHEET.deviation
+    strip = 0.0
+    if has_stroke(guide):
+        strip = SHEET.exactly if _is_exact(guide) else SHEET.deviation
     labels = SHEET.labels if strip else 0.2
     total = SHEET.title + height + SHEET.scale + strip + labels
     figure = blank(SHEET.width, total)
@@ -70,20 +74,21 @@ def sheet(guide: PlacedGuide) -> Figure:
     axes.set_ylim(middle - (0.5 * height + SHEET.scale) * inch, middle + 0.5 * height * inch)
     axes.set_aspect("equal")
     pen = Pen(axes, inch / 72)
-    drawn(pen, shown)
+    put(pen, shown)
+    if not isinstance(shown, Scene):
+        literal(figure)  # joints have the names that a user gives them
     _scale(pen, guide.unit)
-    if candidate is not None:
+    if has_stroke(guide):
         inset = figure.add_axes(
             (SHEET.margin / SHEET.width, labels / total, inner / SHEET.width, strip / total), gid="deviation"
         )
-        _deviation(inset, candidate, shown)
+        _deviation(inset, guide, shown)
     return figure
 
 
-def onto(axes: Axes, guide: PlacedGuide) -> None:
+def onto(axes: Axes, guide: Guide) -> None:
     """Draw a guide into axes, with equal scales and fitting limits."""
-    candidate = stroked(guide)
-    shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
+    shown = pictured(guide)
     x0, y0, x1, y1 = shown.box
     box = axes.get_window_extent()
     dots = getattr(axes.get_figure(), "dpi", 100.0) / 72
@@ -93,15 +98,35 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
     axes.set_xlim(0.5 * (x0 + x1) - half[0], 0.5 * (x0 + x1) + half[0])
     axes.set_ylim(0.5 * (y0 + y1) - half[1], 0.5 * (y0 + y1) + half[1])
     axes.set_aspect("equal")
-    drawn(Pen(axes, scale), shown)
+    put(Pen(axes, scale), shown)
 
 
-def stroked(guide: Guide) -> Candidate | None:
-    """Return a guide of two dyads that has a stroke, else None."""
-    return guide if is_candidate(guide) else None
+def pictured(guide: Guide) -> Scene | ChainPicture:
+    """Return what a drawing of a guide shows.
+
+    Raises
+    ------
+    InvalidRequest
+        If a linkage does not lead its guided point over its stroke.
+    """
+    if has_bars(guide):
+        from .chain import ChainPicture
+
+        return ChainPicture.of(guide)
+    return scene(guide) if is_candidate(guide) else scene_of(poses(guide))
 
 
-def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
+def put(pen: Pen, shown: Scene | ChainPicture) -> None:
+    """Draw a linkage, or a mechanism of many bars, with a pen."""
+    if isinstance(shown, Scene):
+        drawn(pen, shown)
+    else:
+        from .chain import put_chain
+
+        put_chain(pen, shown)
+
+
+def _title(figure: Figure, guide: Guide, total: float) -> None:
     """Write the title: name and main numbers of the guide."""
     left, line = SHEET.margin / SHEET.width, 1 - 0.58 / total
     series, configuration = getattr(guide, "series", getattr(guide, "name", "")), getattr(guide, "configuration", "")
@@ -112,33 +137,43 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
         gid="series",
         family=SERIF,
         weight="bold",
-        size=23,
+        size=SHEET.name,
         color=INK,
         parse_math=False,
     )
     width = head.get_window_extent().width / figure.bbox.width + 0.017 if series else 0.0
     kind = family(guide) + (f", configuration {configuration}" if configuration else "")
-    figure.text(
-        left + width, line, kind, gid="family", family=SERIF, style="italic", size=16, color=INK, parse_math=False
+    tail = figure.text(
+        left + width,
+        line,
+        kind,
+        gid="family",
+        family=SERIF,
+        style="italic",
+        size=SHEET.kind,
+        color=INK,
+        parse_math=False,
     )
-    candidate = stroked(guide)
+    share = (1 - 2 * left) / (width + tail.get_window_extent().width / figure.bbox.width)
+    if share < 1:  # a long name is written smaller
+        head.set_fontsize(share * SHEET.name)
+        tail.set(fontsize=share * SHEET.kind, x=left + head.get_window_extent().width / figure.bbox.width + 0.017)
     unit = f" {guide.unit}" if guide.unit else ""
-    told = (
-        facts(guide, guide.unit or "")
-        if candidate is None
-        else [
-            f"stroke {candidate.stroke:g}{unit}",
-            *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}{unit}"]),
-            *([f"{candidate.arc_angle:.4g}°"] if candidate.is_wide else []),
-            "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}{unit}",
-            f"minimum transmission angle {candidate.min_transmission:.0f}°",
+    told = facts(guide, guide.unit or "")
+    if has_stroke(guide):
+        told = [
+            *([f"{guide.drive} drives"] if has_bars(guide) else []),
+            f"stroke {guide.stroke:g}{unit}",
+            *([] if guide.radius is None else [f"radius {guide.radius:.4g}{unit}"]),
+            *([f"{guide.arc_angle:.4g}°"] if guide.is_wide else []),
+            "exact" if _is_exact(guide) else f"deviation {plain(guide.deviation)}{unit}",
+            f"minimum transmission angle {guide.min_transmission:.0f}°",
         ]
-    )
     figure.text(left, 1 - 0.85 / total, "   ·   ".join(told), gid="facts", family=SANS, size=8.8, color=GREY)
 
 
-def _exact(candidate: Candidate) -> bool:
-    return candidate.deviation < EXACT_DEVIATION * candidate.stroke
+def _is_exact(guide: Candidate | ChainStretch) -> bool:
+    return guide.deviation < EXACT_DEVIATION * guide.stroke
 
 
 def _scale(pen: Pen, unit: str | None) -> None:
@@ -154,20 +189,20 @@ def _scale(pen: Pen, unit: str | None) -> None:
     )
 
 
-def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
+def _deviation(axes: Axes, guide: Candidate | ChainStretch, shown: Scene | ChainPicture) -> None:
     """Plot the magnified deviation along the stroke, within its band."""
     from matplotlib.ticker import MaxNLocator
 
-    nominal = "straight line" if candidate.radius is None else "circular arc"
-    along = "arc" if candidate.is_wide else "stroke"
-    exact = _exact(candidate)
-    half = candidate.deviation
+    nominal = "straight line" if guide.radius is None else "circular arc"
+    along = "arc" if guide.is_wide else "stroke"
+    exact = _is_exact(guide)
+    half = guide.deviation
     box = axes.get_window_extent()
     # half the height that the strip would have without magnification
-    flat = 0.5 * candidate.run_length * box.height / box.width
+    flat = 0.5 * guide.run_length * box.height / box.width
     times = 1.0 if exact else rounded(flat / (1.15 * half))
     axes.set_facecolor("none")
-    axes.set_xlim(0, candidate.run_length)
+    axes.set_xlim(0, guide.run_length)
     axes.set_ylim(-flat / times, flat / times)
     axes.axhline(0, color=FAINT, linewidth=0.8, zorder=1)
     if not exact:
@@ -185,9 +220,9 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     )
     axes.set_title(said, loc="left", family=SANS, size=8, color=INK, pad=4, gid="magnification")
     if not exact:
-        band = f"half the width of the band: {plain(half)} {candidate.unit or ''}".rstrip()
+        band = f"half the width of the band: {plain(half)} {guide.unit or ''}".rstrip()
         axes.set_title(band, loc="right", family=SANS, size=8, color=PATH, pad=4)
-    said = f"position along the {along}" + (f" [{candidate.unit}]" if candidate.unit else "")
+    said = f"position along the {along}" + (f" [{guide.unit}]" if guide.unit else "")
     axes.set_xlabel(said, family=SANS, size=8, color=INK, labelpad=4)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     tick = 0.0 if exact else rounded(1.05 * half, (1, 2, 3, 4, 5, 6, 8))

@@ -38,7 +38,7 @@ def asked(guide: Guide) -> str:
         line = f"a straight line of {guide.stroke:g}{unit}"
         if guide.radius is not None:
             line = f"an arc of chord {guide.stroke:g}{unit}, radius {guide.radius:.4g}{unit}"
-            line += f", {wide:.4g}°" if (wide := getattr(guide, "arc_angle", None)) is not None else ""
+            line += f", {guide.arc_angle:.4g}°" if guide.is_wide else ""
         exact = guide.deviation < EXACT_DEVIATION * guide.stroke
         return f"{line}, exact" if exact else f"{line}, deviation {guide.deviation:.3g}{unit}"
     if is_dwell(guide):
@@ -63,8 +63,8 @@ def facts(guide: Guide, unit: str) -> list[str]:
         told.append(f"stroke {length(guide.stroke, unit)}")
         if guide.radius is not None:
             told.append(f"radius {length(guide.radius, unit)}")
-            if (wide := getattr(guide, "arc_angle", None)) is not None:
-                told.append(f"{wide:.4g}°")
+            if guide.is_wide:
+                told.append(f"{guide.arc_angle:.4g}°")
         exact = guide.deviation < EXACT_DEVIATION * guide.stroke
         told.append("exact" if exact else f"deviation {guide.deviation:.3g} {unit}".rstrip())
     if is_dwell(guide):

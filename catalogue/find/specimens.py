@@ -22,7 +22,7 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
-from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.own_chain import ChainStretch
 from ..guides.results import Found, Results
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS
@@ -191,15 +191,7 @@ def stretch_of(one: CollectionCandidate) -> ChainStretch:
         )
     with asked(one.collection, "read as a mechanism"):
         given, window = one.collection.mechanism(one)
-    return ChainStretch.of_window(
-        OwnChain.of(given, unit=one.unit),
-        window,
-        stroke=one.stroke,
-        deviation=one.deviation,
-        radius=one.radius,
-        start=[float(x) for x in one.start],
-        along=float(one.along),
-    )
+    return ChainStretch.of_answer(one, given, window)
 
 
 def specimen(database: Database, collection: Collection, id: int, stroke: float) -> CollectionCandidate:

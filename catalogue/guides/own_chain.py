@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -449,6 +449,9 @@ class ChainStretch(OwnChain):
     along: float = 0.0
     number: int = 1
     _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+    #: no stretch is an arc near a half circle, or beyond
+    is_wide: ClassVar[bool] = False
+    arc_angle: ClassVar[float | None] = None
     __hash__ = OwnChain.__hash__
 
     @classmethod
@@ -466,6 +469,28 @@ class ChainStretch(OwnChain):
         return [*super().facts, measured]
 
     @classmethod
+    def of_answer(cls, one: CollectionCandidate, given: Mapping[str, Any], window: tuple[float, float]) -> ChainStretch:
+        """Make the stretch of an answer of a collection.
+
+        Parameters
+        ----------
+        one : CollectionCandidate
+        given : mapping
+            Data of the mechanism, placed along the requested path; see `catalogue.mechanism`.
+        window : (float, float)
+            Phases at the start of the path and at its end [rad].
+        """
+        return cls.of_window(
+            OwnChain.of(given, unit=one.unit),
+            window,
+            stroke=one.stroke,
+            deviation=one.deviation,
+            radius=one.radius,
+            start=[float(x) for x in one.start],
+            along=float(one.along),
+        )
+
+    @classmethod
     def of_window(cls, whole: OwnChain, window: tuple[float, float], **measured: Any) -> ChainStretch:
         """Make a stretch of a mechanism.
 
@@ -480,6 +505,11 @@ class ChainStretch(OwnChain):
         bare = cls(**whole.given, **measured, _window=window)
         bare.__dict__.update({name: whole.__dict__[name] for name in ("read", "circuit") if name in whole.__dict__})
         return replace(bare, **bare.over_window())
+
+    @property
+    def run_length(self) -> float:
+        """Length of the deviation's axis in drawings: the stroke."""
+        return self.stroke
 
     @property
     def frame(self) -> PathFrame:

@@ -223,17 +223,10 @@ class _Made:
 
     def plot(self, candidate: CollectionCandidate, file: Path | None) -> Any:
         """Draw a mechanism in mid-stroke with its path."""
-        from ..draw.chain import ChainPicture, draw_chain
+        from ..draw.picture import draw
+        from ..guides.own_chain import ChainStretch
 
-        one, (found, (low, high)) = self.families[candidate.family], self._followed(candidate)
-        facts = [
-            f"stroke {candidate.stroke:.6g}, deviation {candidate.deviation:.3g}, size {candidate.metrics['size']:.4g}",
-            one.title,
-            f"lengths in {candidate.unit}" if candidate.unit else "",
-        ]
-        path, middle = np.linspace(low, high, 2 * DRAWS.positions), 0.5 * (low + high)
-        picture = ChainPicture(found, one.guided, path, middle, np.array([low, high]), one.name, facts)
-        return draw_chain(picture, file)
+        return draw(ChainStretch.of_answer(candidate, *self.mechanism(candidate)), file)
 
     def mechanism(self, candidate: CollectionCandidate) -> tuple[dict[str, Any], tuple[float, float]]:
         """Return the data of a mechanism, and the phases of both ends of its path."""

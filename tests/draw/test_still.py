@@ -484,3 +484,38 @@ def test_every_measured_stretch_is_drawn() -> None:
             for end in ends:
                 assert np.abs(shown.path - end).min() < 1e-6 * one.stroke
             assert np.abs(shown.error).max() == pytest.approx(one.deviation, rel=1e-2)
+
+
+BARS = catalogue.mechanism(
+    {
+        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
+        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
+        "drive": "crank",
+        "point": "P",
+        "name": "A mechanism of $many$ bars with a long name of its own",
+    }
+)
+
+
+@pytest.mark.parametrize("how", [{"stroke": 3}, {"stroke": 2, "radius": 6}], ids=["line", "arc"])
+def test_many_bars_are_drawn_on_the_sheet_of_any_guide(how: dict[str, float]) -> None:
+    made = BARS.measure(**how)[0]
+    figure = draw(made)
+    drawn, path = line(figure, "path") @ [1, 1j], made.motion(4001).points["P"]
+    assert apart(drawn, path) < 1e-4 * made.stroke
+    position, error = line(figure, "error").T
+    assert np.ptp(position) == pytest.approx(made.stroke, rel=1e-2)
+    assert np.abs(error).max() == pytest.approx(made.deviation, rel=1e-3)
+    (start, end) = line(figure, "scale")[1:3] @ [1, 1j]
+    (told,) = [text.get_text() for axes in figure.axes for text in axes.texts if text.get_gid() == "scale-length"]
+    assert abs(end - start) == pytest.approx(float(told))
+
+
+@pytest.mark.slow
+def test_a_long_name_is_written_smaller_and_literally() -> None:
+    figure = draw(BARS)
+    name, kind = (one for one in figure.texts if one.get_gid() in ("series", "family"))
+    ends = [one.get_window_extent() for one in (name, kind)]
+    assert ends[0].x1 < ends[1].x0 < ends[1].x1 < figure.bbox.x1
+    assert "$many$" in name.get_text()
+    assert not name.get_parse_math()
