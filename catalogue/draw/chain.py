@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,10 +21,14 @@ if TYPE_CHECKING:
     from ..guides.own_chain import OwnChain
 
 
-#: Largest number of positions of a motion from which the travel of a slide is taken.
-POSITIONS = 65
-#: Number of positions at which the deviation along the stroke is drawn.
-ALONG = 257
+class ChainDrawing(NamedTuple):
+    """Numbers of positions of a motion that are drawn."""
+
+    travel: int = 65  #: largest number of positions from which the travel of a slide is taken
+    deviation: int = 257  #: number of positions along the stroke at which the deviation is drawn
+
+
+DRAWING = ChainDrawing()
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,7 @@ class ChainPicture:
         shown = cls(guide.circuit, guide.read.point, samples.polyline([0]), middle, np.empty(0))
         if not has_stroke(guide):
             return shown
-        z = shown.along(samples.rows(np.linspace(0, 1, ALONG)))
+        z = shown.along(samples.rows(np.linspace(0, 1, DRAWING.deviation)))
         position = ((z - guide.frame.origin) * guide.frame.direction.conjugate()).real
         return replace(shown, ghosts=np.array([low, high]), position=position, error=guide.deviations(z))
 
@@ -164,7 +168,7 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
     """Draw the line of a slide over the motion, from the joints of its bar."""
     structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
-    step = max(1, len(one.phases) // POSITIONS)
+    step = max(1, len(one.phases) // DRAWING.travel)
     run = [one.circuit.poses(one.phases[::step, None]).way(number)[:, 0]]
     start = complex(shown.at[slider, pose, 0]) - along * float(shown.way(number)[pose, 0])
     if rail != structure.frame:

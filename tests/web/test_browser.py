@@ -148,7 +148,7 @@ def test_where_no_stored_guide_serves_the_first_that_are_found_are_asked_for(ope
         page.on("request", lambda one: stages.append(parse_qs(urlsplit(one.url).query).get("stage", [""])[0]))
         hard = {"deviation": "0.05", "max_size": "200", "min_transmission": "50"}
         page.goto(page.url.replace("deviation=0.5", "&".join(f"{name}={value}" for name, value in hard.items())))
-        page.wait_for_selector(f"{SETTLED} .card")
+        page.wait_for_selector(f"{SETTLED} .card", timeout=180_000)  # two searches, side by side
         assert [stage for stage in stages if stage] == ["early", "refined"]
 
 
