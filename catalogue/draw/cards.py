@@ -74,7 +74,7 @@ def cards_html(answers: Sequence[object], title: str) -> Markup:
 
 def _card(number: int, one: Any) -> Markup:
     """Return one card; empty for answers of collections, which have no such drawing."""
-    if not hasattr(one, "drawn_motion"):
+    if hasattr(one, "collection"):
         return NOTHING
     try:
         svg = moving_svg(one, width=CARDS.card, height=0.75 * CARDS.card, style=number == 0)

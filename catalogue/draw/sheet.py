@@ -14,7 +14,7 @@ from .poses import poses
 from .scene import Scene, scene, scene_of
 from .symbols import Pen
 from .units import rounded
-from .words import EXACT_DEVIATION, facts, family, plain
+from .words import facts, family, is_exact, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,6 +41,7 @@ class SheetLayout(NamedTuple):
     labels: float = 0.65  #: height of its labels
     name: float = 23.0  #: font size of the name [pt]
     kind: float = 16.0  #: font size of the kind of guide [pt]
+    gap: float = 0.017  #: gap between name and kind [widths of the sheet]
 
 
 SHEET = SheetLayout()
@@ -58,7 +59,7 @@ def sheet(guide: Guide) -> Figure:
     height = max(SHEET.low, (y1 - y0) / inch + 2 * SHEET.border)
     strip = 0.0
     if has_stroke(guide):
-        strip = SHEET.exactly if _is_exact(guide) else SHEET.deviation
+        strip = SHEET.exactly if is_exact(guide) else SHEET.deviation
     labels = SHEET.labels if strip else 0.2
     total = SHEET.title + height + SHEET.scale + strip + labels
     figure = blank(SHEET.width, total)
@@ -141,7 +142,7 @@ def _title(figure: Figure, guide: Guide, total: float) -> None:
         color=INK,
         parse_math=False,
     )
-    width = head.get_window_extent().width / figure.bbox.width + 0.017 if series else 0.0
+    width = head.get_window_extent().width / figure.bbox.width + SHEET.gap if series else 0.0
     kind = family(guide) + (f", configuration {configuration}" if configuration else "")
     tail = figure.text(
         left + width,
@@ -157,7 +158,7 @@ def _title(figure: Figure, guide: Guide, total: float) -> None:
     share = (1 - 2 * left) / (width + tail.get_window_extent().width / figure.bbox.width)
     if share < 1:  # a long name is written smaller
         head.set_fontsize(share * SHEET.name)
-        tail.set(fontsize=share * SHEET.kind, x=left + head.get_window_extent().width / figure.bbox.width + 0.017)
+        tail.set(fontsize=share * SHEET.kind, x=left + head.get_window_extent().width / figure.bbox.width + SHEET.gap)
     unit = f" {guide.unit}" if guide.unit else ""
     told = facts(guide, guide.unit or "")
     if has_stroke(guide):
@@ -166,14 +167,10 @@ def _title(figure: Figure, guide: Guide, total: float) -> None:
             f"stroke {guide.stroke:g}{unit}",
             *([] if guide.radius is None else [f"radius {guide.radius:.4g}{unit}"]),
             *([f"{guide.arc_angle:.4g}°"] if guide.is_wide else []),
-            "exact" if _is_exact(guide) else f"deviation {plain(guide.deviation)}{unit}",
+            "exact" if is_exact(guide) else f"deviation {plain(guide.deviation)}{unit}",
             f"minimum transmission angle {guide.min_transmission:.0f}°",
         ]
     figure.text(left, 1 - 0.85 / total, "   ·   ".join(told), gid="facts", family=SANS, size=8.8, color=GREY)
-
-
-def _is_exact(guide: Candidate | ChainStretch) -> bool:
-    return guide.deviation < EXACT_DEVIATION * guide.stroke
 
 
 def _scale(pen: Pen, unit: str | None) -> None:
@@ -195,7 +192,7 @@ def _deviation(axes: Axes, guide: Candidate | ChainStretch, shown: Scene | Chain
 
     nominal = "straight line" if guide.radius is None else "circular arc"
     along = "arc" if guide.is_wide else "stroke"
-    exact = _is_exact(guide)
+    exact = is_exact(guide)
     half = guide.deviation
     box = axes.get_window_extent()
     # half the height that the strip would have without magnification

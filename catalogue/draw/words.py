@@ -9,7 +9,9 @@ from ..guides.kinds import has_bars, has_stroke, is_dwell
 from .units import length
 
 if TYPE_CHECKING:
+    from ..guides.candidate import Candidate
     from ..guides.kinds import Guide
+    from ..guides.own_chain import ChainStretch
 
 #: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12
@@ -21,6 +23,11 @@ FAMILIES = {
     "elliptic-trammel": "elliptic trammel",
     "oldham": "Oldham linkage",
 }
+
+
+def is_exact(guide: Candidate | ChainStretch) -> bool:
+    """Tell whether the deviation of a guide is rounding."""
+    return guide.deviation < EXACT_DEVIATION * guide.stroke
 
 
 def family(guide: Guide) -> str:
@@ -39,8 +46,7 @@ def asked(guide: Guide) -> str:
         if guide.radius is not None:
             line = f"an arc of chord {guide.stroke:g}{unit}, radius {guide.radius:.4g}{unit}"
             line += f", {guide.arc_angle:.4g}°" if guide.is_wide else ""
-        exact = guide.deviation < EXACT_DEVIATION * guide.stroke
-        return f"{line}, exact" if exact else f"{line}, deviation {guide.deviation:.3g}{unit}"
+        return f"{line}, exact" if is_exact(guide) else f"{line}, deviation {guide.deviation:.3g}{unit}"
     if is_dwell(guide):
         return f"a dwell of {guide.angle:.4g}° within {guide.residual:.3g}°, swing {guide.swing:.4g}°"
     return ""
@@ -65,8 +71,7 @@ def facts(guide: Guide, unit: str) -> list[str]:
             told.append(f"radius {length(guide.radius, unit)}")
             if guide.is_wide:
                 told.append(f"{guide.arc_angle:.4g}°")
-        exact = guide.deviation < EXACT_DEVIATION * guide.stroke
-        told.append("exact" if exact else f"deviation {guide.deviation:.3g} {unit}".rstrip())
+        told.append("exact" if is_exact(guide) else f"deviation {guide.deviation:.3g} {unit}".rstrip())
     if is_dwell(guide):
         told.append(f"dwell of {guide.angle:.4g}° of the crank within {guide.residual:.3g}°, swing {guide.swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:

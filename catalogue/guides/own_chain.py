@@ -27,8 +27,8 @@ from ..problem.path import PathFrame
 from ..units import LENGTH, converted, factor, unit_or_none
 from .chain_motion import ChainMotion
 from .columns import CHAIN
+from .common import CommonVerbs
 from .guide_motion import SAMPLES, sampled
-from .notebook import NotebookViews
 from .run import RUN
 from .verbs import verb
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..problem.path import PathRequest
-    from .results import ChainImprovement, Measured
+    from .results import ChainImprovement
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ GRID = Grid()
 
 
 @dataclass(frozen=True)
-class OwnChain(NotebookViews):
+class OwnChain(CommonVerbs):
     """A mechanism of many bars of your own with its guided point; made by `catalogue.mechanism`.
 
     Attributes
@@ -270,17 +270,6 @@ class OwnChain(NotebookViews):
         if driver is not None:
             raise InvalidRequest("the drive of a mechanism of many bars is stated in it: name another bar there")
 
-    def measure(self, **asked: Any) -> Measured:
-        """Find the straightest, or most circular, stretches.
-
-        Parameters
-        ----------
-        **asked
-            Arguments of `catalogue.measure`.
-        """
-        found: Measured = verb("measure")(self, **asked)
-        return found
-
     def plot(
         self,
         file: str | Path | None = None,
@@ -328,13 +317,6 @@ class OwnChain(NotebookViews):
     def to_dict(self) -> dict[str, Any]:
         """Convert the mechanism to plain numbers, lists and strings."""
         return self.given
-
-    @property
-    def code(self) -> str:
-        """Code of this mechanism, by which `catalogue.recall` restores it once stored."""
-        from .codes import code_of, record, text_of
-
-        return code_of(text_of(record(self)))
 
     def improve(self, request: PathRequest, **how: Any) -> ChainImprovement:
         """Reduce the deviation over a stroke by moving the joints.

@@ -17,8 +17,8 @@ from ..kinematics.circuits import COUPLER, SWING, TURN, circuits
 from ..kinematics.linkage import RR, Linkage
 from ..units import converted, factor, power, unit_or_none
 from .columns import CANDIDATE, Column
+from .common import CommonVerbs
 from .guide_motion import SAMPLES, GuideMotion, sampled
-from .notebook import NotebookViews
 from .run import Run
 from .verbs import verb
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..problem.path import PathRequest
-    from .results import Improvement, Measured
+    from .results import Improvement
 
 
 #: Message for a chain that closes in one position only.
@@ -66,7 +66,7 @@ class Circuit:
     joined: bool = False
 
 
-class PlacedGuide(NotebookViews):
+class PlacedGuide(CommonVerbs):
     """Base of all placed guides: a linkage with a guided point.
 
     Attributes
@@ -369,27 +369,6 @@ class PlacedGuide(NotebookViews):
             For a PDF without matplotlib.
         """
         verb("sheet")(self, file, paper=paper, unit=unit, scale=scale)
-
-    @property
-    def code(self) -> str:
-        """Code of this guide, by which `catalogue.recall` restores it once stored.
-
-        See `Results.remember`.
-        """
-        from .codes import code_of, record, text_of
-
-        return code_of(text_of(record(self)))
-
-    def measure(self, **asked: Any) -> Measured:
-        """Find the straightest, or most circular, stretches of the guided point.
-
-        Parameters
-        ----------
-        **asked
-            Arguments of `catalogue.measure`.
-        """
-        found: Measured = verb("measure")(self, **asked)
-        return found
 
     def export(
         self,

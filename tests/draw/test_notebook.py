@@ -53,6 +53,13 @@ def test_a_guide_has_a_still_for_what_shows_no_html() -> None:
     assert (BARS._repr_png_() or b"").startswith(b"\x89PNG")
 
 
+def test_measured_stretches_of_many_bars_are_cards() -> None:
+    html = BARS.measure(stroke=3)._repr_html_()
+    whole(html)
+    assert "<animateTransform" in html
+    assert "mechanism of 4 bars" in html
+
+
 def test_without_matplotlib_it_moves_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in ("matplotlib.figure", "matplotlib.backends.backend_agg"):
         monkeypatch.setitem(sys.modules, module, None)

@@ -17,6 +17,7 @@ from catalogue.candidates.batch import final
 from catalogue.find import find as finding
 from catalogue.guides.candidate import COLUMNS
 from catalogue.problem.criteria import CRITERIA
+from catalogue.search.search import Search
 from tests.find.conftest import at_home
 from tests.precision import EXTENDED
 
@@ -409,6 +410,29 @@ def test_answers_improve_until_they_are_those_of_find(small: Catalogue, again: A
     for found in every[:1] if "fixed_pivots" not in wish else ():  # its deviation is from the line as it lies
         for c in found:
             check(c, LINE, again, **{name: value for name, value in wish.items() if name == "max_size"})
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("brief")
+def test_an_empty_search_is_the_same_with_effort_0_and_1_and_is_run_once(
+    small: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    efforts, made = list[int](), Search
+
+    def counted(problem: Any, *how: Any, **more: Any) -> Search:
+        efforts.append(problem.effort)
+        return made(problem, *how, **more)
+
+    monkeypatch.setattr("catalogue.find.find.Search", counted)
+    told = []
+    for effort in (0, 1):
+        found = small.find(LINE, families=["inverted-slider-crank"], max_size=60, effort=effort, limit=3)
+        assert not found
+        told.append(found.explanation.report)
+    assert efforts == [0, 1]
+    first, second = (report.nearest for report in told)
+    assert first.linkage.pivots.tolist() == second.linkage.pivots.tolist()
+    assert told[0].raced == told[1].raced > 0
 
 
 def test_first_answers_that_do_not_last_are_not_the_end(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
