@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class ChainDrawing(NamedTuple):
     """Numbers of positions of a motion that are drawn."""
 
-    travel: int = 65  #: largest number of positions from which the travel of a slide is taken
+    slide: int = 65  #: largest number of positions from which the travel of a slide is taken
     deviation: int = 257  #: number of positions along the stroke at which the deviation is drawn
 
 
@@ -168,7 +168,7 @@ def _rail(pen: Pen, one: ChainPicture, shown: Poses, number: int, along: complex
     """Draw the line of a slide over the motion, from the joints of its bar."""
     structure, slide = one.structure, one.structure.slides[number]
     rail, slider = structure.number(slide.first), structure.number(slide.second)
-    step = max(1, len(one.phases) // DRAWING.travel)
+    step = max(1, len(one.phases) // DRAWING.slide)
     run = [one.circuit.poses(one.phases[::step, None]).way(number)[:, 0]]
     start = complex(shown.at[slider, pose, 0]) - along * float(shown.way(number)[pose, 0])
     if rail != structure.frame:
