@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..chains.lengths import pitch_circles
 from ..chains.poses import Poses as BarPoses
 from ..chains.rates import rates
 from ..chains.structure import Structure
-from ..errors import InvalidRequest
+from ..guides.kinds import has_stroke
 from ..kinematics.circuits import OPEN
 from ..kinematics.types import Complexes, Floats
-from .poses import POSE_COUNT
+from .chain_machine import chain_machine
+from .poses import POSE_COUNT, shares_and_times, still_shares
 
 if TYPE_CHECKING:
     from ..guides.own_chain import OwnChain
+    from ..kinematics.sampling import Samples
+    from .machine import Machine
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,10 @@ class ChainPoses:
         """Structure of the mechanism."""
         return self.at.chain.structure
 
-    @property
-    def joints(self) -> Complexes:
-        """Positions of the joints, shape (j, m) [length]."""
-        return np.array([self.at.joint(j)[:, 0] for j in range(len(self.structure.joints))])
+    @cached_property
+    def machine(self) -> Machine:
+        """The mechanism as a machine to draw."""
+        return chain_machine(self)
 
     @property
     def guided(self) -> Complexes:
@@ -69,28 +72,10 @@ class ChainPoses:
         return self.at.joint(self.point)[:, 0]
 
     @property
-    def bearings(self) -> Complexes:
-        """Places of the pins of the frame, shape (k,) [length]."""
-        pins = [j for j, bars in enumerate(self.structure.on) if self.structure.frame in bars and len(bars) > 1]
-        return self.at.chain.z[pins, 0]
-
-    @property
-    def wheels(self) -> list[tuple[int, complex, float]]:
-        """Bar, centre and radius of each pitch circle in the reference pose [length]."""
-        z = self.at.chain.z[:, 0]
-        found = [one for gear in self.structure.gears for one in pitch_circles(self.structure, gear, z)]
-        return [(self.structure.number(name), centre, radius) for name, centre, radius in found]
-
-    @property
-    def extent(self) -> Complexes:
-        """All places to which the picture must reach [length]."""
-        rims = [
-            self.at.point(bar, np.array([centre]))[:, 0] + radius * way
-            for bar, centre, radius in self.wheels
-            for way in (1, 1j, -1, -1j)
-        ]
-        every = np.concatenate([self.path, self.joints.ravel(), *rims])
-        return np.asarray(every[np.isfinite(every)])
+    def fixed(self) -> list[int]:
+        """Numbers of the pins of the frame."""
+        structure = self.structure
+        return [j for j, bars in enumerate(structure.on) if structure.frame in bars and len(bars) > 1]
 
 
 def chain_poses(
@@ -109,19 +94,31 @@ def chain_poses(
     InvalidRequest
         If the count is out of range.
     """
+    samples, home, closed = _motion(guide, turn=turn)
+    share, time = shares_and_times(samples, count, closed=closed, error=error)
+    return _poses_at(guide, samples, share, time, home, closed=closed)
+
+
+def still_chain_poses(guide: OwnChain) -> ChainPoses:
+    """Compute the poses of a still, one of them the pose to draw."""
+    samples, home, closed = _motion(guide)
+    share = still_shares(samples, home, closed=closed)
+    return _poses_at(guide, samples, share, share, home, closed=closed)
+
+
+def _motion(guide: OwnChain, *, turn: bool = False) -> tuple[Samples, float, bool]:
+    """Return samples of the motion, the phase of the pose [rad], and whether it is closed."""
     low, home, high = guide.drawn
-    if turn or not hasattr(guide, "stroke"):
-        low, high = guide.range
-        home = float(guide.circuit.phase[0])
+    if turn or not has_stroke(guide):
+        (low, high), home = guide.range, float(guide.circuit.phase[0])
     closed = abs(high - low) >= float(guide.circuit.period[0]) * (1 - 1e-9) and guide.circuit.kind[0] != OPEN
-    told = (POSE_COUNT.turn if closed else POSE_COUNT.stroke) if count is None else count
-    if not 3 <= told <= POSE_COUNT.most:
-        raise InvalidRequest(f"a moving drawing has 3 to {POSE_COUNT.most} poses, not {told}")
-    samples, time = guide.samples(low, high), np.linspace(0, 1, told)
-    share = time if closed else 0.5 * (1 - np.cos(np.pi * time))
-    if count is None:
-        share = samples.linked(share, error)
-        time = share if closed else np.arccos(1 - 2 * share) / np.pi
+    return guide.samples(low, high), home, closed
+
+
+def _poses_at(
+    guide: OwnChain, samples: Samples, share: Floats, time: Floats, home: float, *, closed: bool
+) -> ChainPoses:
+    """Compute the poses at shares of a motion; that at phase `home` [rad] is for a still."""
     phases = samples.rows(share)
     at, point = guide.circuit.poses(phases[:, None]), guide.read.point
     with np.errstate(all="ignore"):

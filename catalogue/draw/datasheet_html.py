@@ -112,8 +112,9 @@ def _drawn(guide: Guide, scale: str | None, wide: float, high: float) -> Markup:
     unit = guide.unit or ASSUMED
     shown, per = posed(guide), millimetres(unit)
     room = high - 7
-    to = Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, wide, room, PAPER.point) / per)
-    frame = Frame.centred(shown, to.ratio * per, PAPER.point, wide, high, complex(0.5 * wide, 0.5 * room))
+    fitting = largest_scale(shown.machine, wide, room, PAPER.point) / per
+    to = Scale.named(scale) if scale is not None else Scale.fitting(fitting)
+    frame = Frame.centred(shown.machine, to.ratio * per, PAPER.point, wide, high, complex(0.5 * wide, 0.5 * room))
     step = to.bar(unit, 45.0)
     y, end = high - 2.0, 0.3 + step * frame.scale
     bar = element("path", class_="frame", d=f"M0.3 {number(y - 1.2)}V{number(y)}H{number(end)}V{number(y - 1.2)}")

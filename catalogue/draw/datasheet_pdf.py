@@ -12,8 +12,8 @@ from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
 from ..units import ASSUMED, millimetres
 from .curves import curves, panel
 from .datasheet import ROOM, Content, Table, content, paper_of
-from .scene import Scene
-from .sheet import pictured, put
+from .pen_machine import pen_machine
+from .still import still
 from .symbols import Pen
 from .units import Scale, length
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..guides.kinds import Guide
-    from .chain import ChainPicture
+    from .machine import Machine
 
 
 class PdfSheet(NamedTuple):
@@ -122,7 +122,7 @@ def _drawing(page: _Page, guide: Guide, scale: str | None, top: float, deep: flo
 def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: float) -> None:
     """Draw a guide in axes of a size in millimetres, with a scale bar."""
     unit = guide.unit or ASSUMED
-    shown = pictured(guide)
+    shown = still(guide)
     x0, y0, x1, y1 = shown.box
     per = millimetres(unit)
     sides = ((wide - 2 * PAGE.border, x1 - x0), (deep - 8 - 2 * PAGE.border, y1 - y0))
@@ -134,7 +134,7 @@ def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: flo
     middle = 0.5 * (y0 + y1) - 4 / ratio
     axes.set_ylim(middle - 0.5 * deep / ratio, middle + 0.5 * deep / ratio)
     pen = Pen(axes, INCH / 72 / ratio)
-    put(pen, shown)
+    pen_machine(pen, shown)
     if has_stroke(guide):
         _dimension(pen, shown, length(guide.stroke, unit))
     step = to.bar(unit, 45.0)
@@ -146,7 +146,7 @@ def to_scale(axes: Axes, guide: Guide, scale: str | None, wide: float, deep: flo
     axes.text(ends[1].real + 2 / ratio, low, said, family=SANS, size=7.5, color=GREY, va="bottom", gid="scale-length")
 
 
-def _dimension(pen: Pen, shown: Scene | ChainPicture, words: str) -> None:
+def _dimension(pen: Pen, shown: Machine, words: str) -> None:
     """Draw the dimension line of the stroke, opposite the fixed pivots."""
     start, end = shown.path[0], shown.path[-1]
     along = (end - start) / abs(end - start)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Complexes, Floats, Mask
-from .chain_poses import ChainPoses
 from .drive_marks import MARK
-from .poses import Poses
+from .machine import Bearing, Machine, Rail
 from .symbols import BLOCK, SYMBOL
 
 
@@ -77,7 +74,7 @@ class Frame:
             )
 
     @classmethod
-    def around(cls, shown: Poses | ChainPoses, width: float, height: float | None, point: float) -> Frame:
+    def around(cls, shown: Machine, width: float, height: float | None, point: float) -> Frame:
         """Return the frame of the largest scale that fits a width, and a height if given."""
         scale = largest_scale(shown, width, FRAME.tall * width if height is None else height, point)
         if height is None:
@@ -85,28 +82,26 @@ class Frame:
         return cls.centred(shown, scale, point, width, height, complex(0.5 * width, 0.5 * height))
 
     @classmethod
-    def centred(
-        cls, shown: Poses | ChainPoses, scale: float, point: float, width: float, height: float, centre: complex
-    ) -> Frame:
+    def centred(cls, shown: Machine, scale: float, point: float, width: float, height: float, centre: complex) -> Frame:
         """Return the frame of a scale, centred at a position of the paper."""
         (left, right), (below, above) = _ends(shown, scale, point)
         middle = complex(0.5 * (left + right), 0.5 * (below + above))
         return cls(scale, (middle - centre.conjugate()) / scale, point, width, height)
 
 
-def largest_scale(shown: Poses | ChainPoses, width: float, height: float, point: float) -> float:
+def largest_scale(shown: Machine, width: float, height: float, point: float) -> float:
     """Compute the largest scale that fits a width and a height."""
     places, border = room(shown, point)
     return min(_largest(places.real, border[:, :2], width), _largest(places.imag, border[:, 2:], height))
 
 
-def size_at(shown: Poses | ChainPoses, scale: float, point: float) -> complex:
+def size_at(shown: Machine, scale: float, point: float) -> complex:
     """Compute width and height of the drawing at a scale."""
     (left, right), (below, above) = _ends(shown, scale, point)
     return complex(right - left, above - below)
 
 
-def _ends(shown: Poses | ChainPoses, scale: float, point: float) -> list[tuple[float, float]]:
+def _ends(shown: Machine, scale: float, point: float) -> list[tuple[float, float]]:
     """Compute the horizontal and vertical range of the drawing [units of paper]."""
     places, border = room(shown, point)
     return [
@@ -115,35 +110,22 @@ def _ends(shown: Poses | ChainPoses, scale: float, point: float) -> list[tuple[f
     ]
 
 
-def room(shown: Poses | ChainPoses, point: float) -> tuple[Complexes, Floats]:
+def room(shown: Machine, point: float) -> tuple[Complexes, Floats]:
     """Return positions (k,) and the margins of their symbols on four sides, (k, 4)."""
     link, block, foot = SYMBOL.link + 2, BLOCK[0] + 14, BEARING_SYMBOL.height + BEARING_SYMBOL.hatching
     parts: list[tuple[Complexes, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
-    if isinstance(shown, ChainPoses):
-        parts.append((shown.bearings, (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, MARK.radius + 5)))
-        return _joined(parts, point)
-    for i in (0, 1):
-        if shown.kinds[i] == PR:
+    for one in shown.supports:
+        if isinstance(one, Bearing):
+            margin = (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, MARK.radius + 5)
+            parts.append((np.array([one.at]), margin))
+        elif isinstance(one, Rail):
             spare = BLOCK[0] + 9 + 1j * (BLOCK[1] + BEARING_SYMBOL.hatching + 1)
-            normal = shown.fixed[i]
-            across = abs(normal.imag) * spare.real + abs(normal.real) * spare.imag
-            upwards = abs(normal.real) * spare.real + abs(normal.imag) * spare.imag
-            parts.append((shown.moving[:, i], (across, across, upwards, upwards)))
-        else:
-            parts.append(
-                (shown.fixed[i : i + 1], (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, MARK.radius + 5))
-            )
-        if shown.kinds[i] == RP:
-            parts.append((shown.carried(shown.rods[i]).ravel(), (block, block, block, block)))
-    if shown.joint is not None:
-        parts.append((np.array([shown.pivot]), (BEARING_SYMBOL.foot + 6, BEARING_SYMBOL.foot + 3, foot + 1, link)))
-    return _joined(parts, point)
-
-
-def _joined(parts: Sequence[tuple[Complexes, tuple[float, ...]]], point: float) -> tuple[Complexes, Floats]:
-    """Return all places and their margins."""
+            across = abs(one.side.imag) * spare.real + abs(one.side.real) * spare.imag
+            upwards = abs(one.side.real) * spare.real + abs(one.side.imag) * spare.imag
+            parts.append((one.ends, (across, across, upwards, upwards)))
+    parts += [(corners.ravel(), (block,) * 4) for plate, corners in shown.plates if plate.is_slim]
     places = np.concatenate([z for z, _ in parts])
-    border = np.concatenate([np.tile(b, (len(z), 1)) for z, b in parts])
+    border = np.concatenate([np.tile(margin, (len(z), 1)) for z, margin in parts])
     return places, border * point
 
 

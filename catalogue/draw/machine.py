@@ -1,168 +1,253 @@
-"""The linkage in an animated drawing: bearings, rails, path and links."""
+"""What a drawing of a machine shows: bodies in poses, supports and lines, independent of paper.
+
+Linkages of two dyads and mechanisms of many bars are both described so, and drawn by two printers:
+with a pen of matplotlib (`pen_machine`), and as animated SVG (`svg_machine`).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
 
-from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Complexes
-from ..markup import NOTHING, Markup, element, join
-from .drive_marks import drive_marks
-from .frame import BEARING_SYMBOL, Frame
-from .poses import Poses
-from .svg import Clock, group, number, pair, plate, polyline
-from .symbols import BLOCK, SYMBOL
+from ..kinematics.types import Complexes, Floats
+from .symbols import BLOCK
 
 
-def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
-    """Return the lower and upper part of the drawing: frame and path; links and joints."""
-    path = element("path", class_="path", d=polyline(frame.at(shown.path)))
-    traces = [element("path", class_="path second", d=polyline(frame.at(z))) for z in shown.traces.values()]
-    held = [_held(shown, frame, i) for i in (0, 1)]
-    joints = [pin(frame.at(shown.fixed[i]), frame) for i in (0, 1) if shown.kinds[i] != PR]
-    blocks = [_slide(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == RP]
-    cranks = [_crank(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == RR]
-    sliders = [_slider(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == PR]
-    if shown.joint is not None:
-        held.append(bearing(complex(frame.at(shown.pivot)), frame))
-    below = group("ground", *held, _drive(shown, frame)) + path + join(traces)
-    output = _output(shown, frame, clock)
-    return below, join([*cranks, *sliders, *output[:1], _coupler(shown, frame, clock), *blocks, *output[1:], *joints])
+class LineKind(StrEnum):
+    """Kinds of lines: paths of guided and further points, and what surrounds them."""
+
+    PATH = "path"  #: path of the guided point
+    TRACE = "trace"  #: path of a further point of the coupler
+    TURN = "turn"  #: path of the guided point over the turn of a crank
+    BEYOND = "beyond"  #: path of the guided point beyond its stroke
+    SWEEP = "sweep"  #: arc on which the tip of a crank moves
 
 
-def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
-    """Return the coupler with pins and guided point, moving as a rigid body."""
-    point, origin = frame.point, shown.home[shown.origin]
-    rods = [
-        element(
-            "path",
-            class_="link coupler",
-            d=plate(frame.along(_spared(ends, shown.home[i], frame) - origin), SYMBOL.rod * point),
-        )
-        for i, ends in shown.rods.items()
-    ]
-    home = frame.along(shown.home - origin)
-    pins = [pin(home[i], frame) for i in (0, 1) if shown.kinds[i] != RP]
-    dots = [
-        element("circle", class_="point second", cx=number(z.real), cy=number(z.imag), r=number(2.6 * point))
-        for z in (frame.along(shown.traced[name] - origin) for name in shown.traces)
-    ]
-    guided = element("circle", class_="point", cx=number(home[2].real), cy=number(home[2].imag), r=number(3.6 * point))
-    body = element("path", class_="link coupler", d=plate(home, SYMBOL.link * point))
-    carrier = shown.carried(np.array([origin]))[:, 0]
-    return clock.moved(frame.at(carrier), "coupler", clock.turned(shown.turn, None, *rods, body, *pins, *dots, guided))
+class JointKind(StrEnum):
+    """Kinds of joints and points."""
+
+    PIN = "pin"
+    GUIDED = "guided"  #: the guided point
+    SECOND = "second"  #: a further point of the coupler
+    NAMED = "named"  #: a point of which only the name is drawn
 
 
-def _spared(ends: Complexes, foot: complex, frame: Frame) -> Complexes:
-    """Return the ends of a coupler line, extended where they would lie inside the block."""
-    along = ends[1] - ends[0]
-    if along == 0:
-        return ends
-    spare = (BLOCK[0] + 8) * frame.point / frame.scale * along / abs(along) * np.array([-1, 1])
-    return np.asarray(ends + np.where(np.abs(ends - foot) < 1e-9 * abs(along), 0, spare))
+class Role(StrEnum):
+    """What a link is in its machine."""
+
+    CRANK = "crank"
+    DRIVER = "driver"
+    COUPLER = "coupler"
+    OUTPUT = "output"
+    BAR = "bar"
 
 
-def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
-    length = abs(frame.along(shown.home[i] - shown.fixed[i]))
-    body = element("path", d=plate(np.array([0j, complex(length)]), SYMBOL.link * frame.point))
-    kind = "link crank driver" if shown.driver == i + 1 else "link crank"
-    turned = clock.turned(shown.cranks[i], None, body)
-    return group(kind, turned, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
+class Plate(NamedTuple):
+    """A link: a plate with round ends about its corners.
+
+    Attributes
+    ----------
+    name : str
+    role : Role
+    corners : complex ndarray, shape (k,)
+        Corners in the body's frame [length].
+    beyond : complex ndarray, shape (k,), optional
+        By how much each corner is drawn farther out, for a block that runs past it [pt].
+    is_slim : bool
+        Whether it is as slim as the line along which a slide runs.
+    """
+
+    name: str
+    role: Role
+    corners: Complexes
+    beyond: Complexes | None = None
+    is_slim: bool = False
+
+    def drawn(self, point: float) -> Complexes:
+        """Return the corners to draw, for a length of a point [length]."""
+        return self.corners if self.beyond is None else self.corners + point * self.beyond
 
 
-def _slider(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
-    angle = number(float(-np.degrees(np.angle(1j * shown.fixed[i]))), 3)
-    return clock.moved(
-        frame.at(shown.moving[:, i]), "slider", element("path", d=block(frame), transform=f"rotate({angle})")
-    )
+class Block(NamedTuple):
+    """A sliding block about the origin of its body; `along` is a unit vector."""
+
+    name: str
+    along: complex
 
 
-def _slide(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
-    turned = clock.turned(shown.turn, None, element("path", d=block(frame, float(np.angle(1j * shown.normals[i])))))
-    return group("slide", turned, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
+class Wheel(NamedTuple):
+    """The pitch circle of a gear: centre in the body's frame, and radius [length]."""
+
+    name: str
+    centre: complex
+    radius: float
+
+    @property
+    def rim(self) -> Complexes:
+        """Four points of the circle [length]."""
+        return np.asarray(self.centre + self.radius * np.array([1, 1j, -1, -1j]), complex)
 
 
-def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
-    """Return the rocker and rod of a dwell, with their joints; empty for another guide."""
-    if shown.joint is None:
-        return []
-    parts: list[Markup] = []
-    for start, end in ((np.full(len(shown.joint), shown.pivot), shown.joint), (shown.guided, shown.joint)):
-        away = end - start
-        length = float(np.abs(frame.along(away[shown.middle])))
-        body = element(
-            "path", class_="link output", d=plate(np.array([0j, complex(length)]), SYMBOL.link * frame.point)
-        )
-        turned = clock.turned(np.unwrap(np.angle(away)), None, body, pin(complex(length), frame))
-        if parts:
-            parts.append(clock.moved(frame.at(start), "output", turned, pin(0j, frame)))
-        else:
-            at = pair(complex(frame.at(shown.pivot)))
-            parts.append(group("output", turned, transform=f"translate({at})"))
-    return [*parts, pin(frame.at(shown.pivot), frame)]
+class Label(NamedTuple):
+    """Name of a joint: plain, in matplotlib's notation, and whether it stands still."""
+
+    text: str
+    math: str
+    is_fixed: bool
 
 
-def block(frame: Frame, angle: float = 0.0) -> str:
-    """Return the outline of a block at an angle from the x axis [rad]."""
-    half = (BLOCK[0] - 1.5 + 1j * (BLOCK[1] - 1.5)) * frame.point
-    corner = np.array([half, half.conjugate(), -half, -half.conjugate()]) * np.exp(-1j * angle)
-    return polyline(corner) + "Z"
+class Joint(NamedTuple):
+    """A pin or point: its place in the frame of its body [length]."""
+
+    name: str
+    kind: JointKind
+    place: complex
+    label: Label | None = None
 
 
-def pin(z: complex, frame: Frame) -> Markup:
-    """Return a pin."""
-    return element(
-        "circle", class_="pin", cx=number(float(z.real)), cy=number(float(z.imag)), r=number(SYMBOL.pivot * frame.point)
-    )
+@dataclass(frozen=True)
+class Body:
+    """A rigid body in m poses.
+
+    Attributes
+    ----------
+    name, kind : str
+        Name of the body, and its class in an animated drawing.
+    at : complex ndarray, shape (m,)
+        Positions of the origin of its frame [length].
+    turn : ndarray, shape (m,), or None
+        Angles of its frame, without jumps [rad]; None for a body that is drawn upright.
+    shapes : tuple of Plate, Block or Wheel
+    joints : tuple of Joint
+    """
+
+    name: str
+    kind: str
+    at: Complexes
+    turn: Floats | None = None
+    shapes: tuple[Plate | Block | Wheel, ...] = ()
+    joints: tuple[Joint, ...] = ()
+
+    def places(self, z: Complexes) -> Complexes:
+        """Compute points of the body's frame, shape (k,), in all poses, (m, k) [length]."""
+        turned = np.ones(len(self.at)) if self.turn is None else np.exp(1j * self.turn)
+        return np.asarray(self.at[:, None] + turned[:, None] * np.ravel(z))
+
+    def only(self, poses: list[int]) -> Body:
+        """Return the body in some of its poses."""
+        return replace(self, at=self.at[poses], turn=None if self.turn is None else self.turn[poses])
+
+    @property
+    def stands(self) -> bool:
+        """Whether the body does not move."""
+        return not np.ptp(self.at) and (self.turn is None or not np.ptp(self.turn))
 
 
-def _held(shown: Poses, frame: Frame, i: int) -> Markup:
-    """Return the support of a dyad: a bearing, or the rail of a slider."""
-    if shown.kinds[i] == PR:
-        return _track(shown, frame, i)
-    return bearing(complex(frame.at(shown.fixed[i])), frame)
+class Bearing(NamedTuple):
+    """The support of a fixed pivot."""
+
+    name: str
+    at: complex
 
 
-def bearing(z: complex, frame: Frame) -> Markup:
-    """Return a bearing, its foot below."""
-    p = frame.point
-    foot = z + 1j * BEARING_SYMBOL.height * p
-    corner = np.array([z - 2.4 * p, z + 2.4 * p, foot + 8 * p, foot - 8 * p])
-    return element("path", class_="bearing", d=polyline(corner) + "Z") + hatched(
-        foot - BEARING_SYMBOL.foot * p, foot + BEARING_SYMBOL.foot * p, 1j, frame
-    )
+class Rail(NamedTuple):
+    """The support of a slider: ends of its travel (2,) [length], unit normal away from it."""
+
+    name: str
+    ends: Complexes
+    side: complex
+
+    def drawn(self, point: float) -> Complexes:
+        """Return the ends to draw, beside the block, for a length of a point [length]."""
+        way = self.ends[1] - self.ends[0]
+        along = way / abs(way) if way else 1j * self.side
+        spare = (BLOCK[0] + 7) * along * np.array([-1, 1]) + BLOCK[1] * self.side
+        return np.asarray(self.ends + point * spare)
 
 
-def _track(shown: Poses, frame: Frame, i: int) -> Markup:
-    """Return the rail of a slider, hatched on the side away from the linkage."""
-    normal, p = complex(np.conj(shown.fixed[i])), frame.point
-    at = frame.at(shown.moving[:, i])
-    others = np.concatenate(
-        [np.atleast_1d(frame.at(shown.fixed[shown.kinds != PR])), frame.at(shown.carried(shown.home)).ravel()]
-    )
-    side = -1.0 if ((others - at[0]) * np.conj(normal)).real.sum() > 0 else 1.0
-    along = 1j * normal
-    run = ((at - at[0]) * np.conj(along)).real
-    spare = (BLOCK[0] + 7) * p
-    foot = at[0] + side * BLOCK[1] * p * normal
-    return hatched(foot + (run.min() - spare) * along, foot + (run.max() + spare) * along, side * normal, frame)
+class Drive(NamedTuple):
+    """A driving crank: its fixed pivot [length], and its angles in the poses, (m,) [rad]."""
+
+    centre: complex
+    angle: Floats
 
 
-def hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
-    """Return a fixed line with hatching on the side `towards`."""
-    along = (b - a) / abs(b - a)
-    length = BEARING_SYMBOL.hatching * frame.point
-    count = max(2, round(abs(b - a) / length))
-    start = a + (np.arange(count) + 0.75) / count * (b - a)
-    strokes = np.stack([start, start + length * (towards - along), np.full(count, np.nan)], 1).ravel()
-    return element("path", class_="frame", d=polyline(np.append(strokes, [a, b])))
+class Line(NamedTuple):
+    """A line through points [length]: `kind` says how it is drawn."""
+
+    name: str
+    kind: LineKind
+    z: Complexes
 
 
-def _drive(shown: Poses, frame: Frame) -> Markup:
-    """Return the arc with arrow heads at the driving crank, over its range of angles."""
-    if not shown.driver:
-        return NOTHING
-    centre = frame.at(shown.fixed[shown.driver - 1])
-    marks = drive_marks(shown.cranks[shown.driver - 1])
-    data = [polyline(centre + frame.point * mark.conj()) for mark in marks]
-    return element("path", class_="drive", d="".join(data))
+@dataclass(frozen=True)
+class Machine:
+    """A machine in m poses, with what surrounds it.
+
+    Attributes
+    ----------
+    bodies : tuple of Body
+        From the back to the front.
+    supports : tuple of Bearing, Rail or Wheel
+    lines : tuple of Line
+        Among them the path of the guided point.
+    middle : int
+        Index of the pose of a still.
+    drive : Drive, optional
+    ghosts : tuple of int
+        Indices of poses that a still shows faintly, by name.
+    """
+
+    bodies: tuple[Body, ...]
+    supports: tuple[Bearing | Rail | Wheel, ...]
+    lines: tuple[Line, ...]
+    middle: int
+    drive: Drive | None = None
+    ghosts: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def path(self) -> Complexes:
+        """Path of the guided point, (p,) [length]."""
+        return next(line.z for line in self.lines if line.kind == LineKind.PATH)
+
+    @property
+    def joints(self) -> Iterator[tuple[Joint, Complexes]]:
+        """Each joint with its positions in the poses, (m,) [length]."""
+        for body in self.bodies:
+            for joint in body.joints:
+                yield joint, body.places(np.array([joint.place]))[:, 0]
+
+    @property
+    def plates(self) -> Iterator[tuple[Plate, Complexes]]:
+        """Each plate with the positions of its corners in the poses, (m, k) [length]."""
+        for body in self.bodies:
+            for shape in body.shapes:
+                if isinstance(shape, Plate):
+                    yield shape, body.places(shape.corners)
+
+    @property
+    def places(self) -> Complexes:
+        """Places of the pins and points in the pose of a still, (k,) [length]."""
+        return np.array([at[self.middle] for _, at in self.joints])
+
+    @cached_property
+    def extent(self) -> Complexes:
+        """All places to which a drawing must reach [length]."""
+        every = [line.z for line in self.lines]
+        every += [at for _, at in self.joints]
+        every += [corners.ravel() for _, corners in self.plates]
+        every += [one.rim for one in self.supports if isinstance(one, Wheel)]
+        every += [body.places(one.rim) for body in self.bodies for one in body.shapes if isinstance(one, Wheel)]
+        z = np.concatenate([np.ravel(part) for part in every])
+        return np.asarray(z[np.isfinite(z)])
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1 of everything [length]."""
+        z = self.extent
+        return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())

@@ -15,14 +15,13 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..guides.kinds import has_bars
 from ..markup import NOTHING, Markup, element
-from .chain_machine import chain_machine
 from .chain_poses import ChainPoses, chain_poses
 from .frame import Frame
-from .machine import machine
 from .moving_layers import LAYERS, Layers, layers_of
 from .moving_style import STYLE
 from .poses import POSE_COUNT, Poses, poses
 from .svg import Clock, number
+from .svg_machine import svg_machine
 from .words import described
 
 if TYPE_CHECKING:
@@ -113,7 +112,7 @@ def moving_svg(
     if not (0 < width < np.inf and (height is None or 0 < height < np.inf) and 0 < seconds < np.inf):
         raise InvalidRequest("width, height and seconds of a drawing must be positive")
     shown = posed(guide, count, turn=turn, points=points)
-    frame = Frame.around(shown, width, height, max(0.6, width * POINT))
+    frame = Frame.around(shown.machine, width, height, max(0.6, width * POINT))
     clock = Clock(seconds, shown.closed, shown.middle, still, shown.time)
     prefix = f"guide-{next(_numbers)}-" if prefix is None else prefix
     return drawing(guide, shown, frame, clock, layers, hidden, title or described(guide), prefix, style=style)
@@ -169,10 +168,7 @@ def drawing(
         place = {"y": number(clip[0]), "height": number(clip[1] - clip[0])}
         window = element("clipPath", element("rect", x="0", width="100%", **place), id=f"{prefix}window")
         clipped = {"clip_path": f"url(#{prefix}window)"}
-    if isinstance(shown, ChainPoses):
-        below, above = chain_machine(shown, frame, clock)
-    else:
-        below, above = machine(shown, frame, clock)
+    below, above = svg_machine(shown.machine, frame, clock)
     size = {"width": number(frame.width), "height": number(frame.height)} | root
     kind = " ".join(["guide-drawing", *(f"hide-{name}" for name in wanted if name in hidden)])
     return element(

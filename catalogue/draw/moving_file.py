@@ -36,6 +36,8 @@ class MovingSheet(NamedTuple):
     tallest: float = 200.0  #: largest height of the drawing
     head: float = 19.0  #: height of the title, with one line of facts
     letter: float = 1.9  #: mean width of a letter of the facts
+    series_letter: float = 4.6  #: mean width of a letter of the name
+    family_letter: float = 2.9  #: mean width of a letter of the family
     line: float = 4.6  #: height of a line of text
     scale_bar: float = 11.0  #: height of the scale bar
     controls: float = 8.0  #: height of a row of controls
@@ -130,10 +132,10 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     drawn = (
         Scale.named(scale)
         if scale is not None
-        else Scale.fitting(largest_scale(shown, SHEET.widest, SHEET.tallest, SHEET.point) / per)
+        else Scale.fitting(largest_scale(shown.machine, SHEET.widest, SHEET.tallest, SHEET.point) / per)
     )
     ratio = drawn.ratio * per
-    size = size_at(shown, ratio, SHEET.point) + (1 + 1j) * (SHEET.dimension if hasattr(guide, "stroke") else 0)
+    size = size_at(shown.machine, ratio, SHEET.point) + (1 + 1j) * (SHEET.dimension if hasattr(guide, "stroke") else 0)
     told = [f"{name} = {length(value, unit)}" for name, value in guide.lengths.items()] + places(guide, unit)
     width = max(size.real, SHEET.narrowest) + 2 * SHEET.margin
     columns = max(1, int((width - 2 * SHEET.margin) // 60))
@@ -142,7 +144,8 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     rows = math.ceil(len(told) / columns)
     top = head + size.imag + 6
     height = top + SHEET.scale_bar + rows * SHEET.line + SHEET.controls * math.ceil(len(layers) / _across(width)) + 10
-    frame = Frame.centred(shown, ratio, SHEET.point, width, height, complex(0.5 * width, head + 0.5 * size.imag))
+    middle = complex(0.5 * width, head + 0.5 * size.imag)
+    frame = Frame.centred(shown.machine, ratio, SHEET.point, width, height, middle)
     clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
     left = (width - 2 * SHEET.margin) / columns
     listed = [
@@ -151,7 +154,7 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     ]
     inside = [
         element("style", _STYLE),
-        _title(guide, lines),
+        _title(guide, lines, width - 2 * SHEET.margin),
         _dimension(guide, frame, unit),
         _bar(frame, drawn, unit, top),
         *listed,
@@ -192,11 +195,13 @@ def _lines(guide: Guide, code: str, unit: str, width: float) -> list[str]:
     return lines
 
 
-def _title(guide: Guide, lines: list[str]) -> Markup:
-    """Return the title, with the facts below it."""
-    series = getattr(guide, "series", "") or getattr(guide, "name", "")
-    head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
-    title = element("text", head, class_="series", x=number(SHEET.margin), y="10")
+def _title(guide: Guide, lines: list[str], width: float) -> Markup:
+    """Return the title, written smaller where it is wider than `width` [mm]; facts below it."""
+    series, kind = getattr(guide, "series", "") or getattr(guide, "name", ""), family(guide)
+    head = element("tspan", series, "\u2002" if series else "") + element("tspan", kind, class_="family")
+    share = min(1.0, width / (SHEET.series_letter * (len(series) + 1) + SHEET.family_letter * len(kind)))
+    style = f"--guide-point:{number(share * SHEET.point, 4)}px"
+    title = element("text", head, class_="series", x=number(SHEET.margin), y="10", style=style)
     told = [text(line, complex(SHEET.margin, 15.5 + SHEET.line * k), "fact") for k, line in enumerate(lines)]
     return join([title, *told])
 

@@ -15,13 +15,13 @@ from ..guides.kinds import has_bars
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.sampling import halved, off_chord
 from ..kinematics.types import Complexes, Floats, Mask, Scalar
-from ..markup import NOTHING, Markup, element, join
-from .chain_machine import chain_names
+from ..markup import NOTHING, Markup, element
 from .chain_poses import chain_poses
 from .cubics import cubic
 from .frame import Frame
 from .moving_style import LAYER_NAMES
-from .svg import Clock, group, number, pair, polyline, text
+from .svg import Clock, group, number, pair, polyline
+from .svg_machine import svg_names
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -178,18 +178,8 @@ class Layers:
         return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
 
     def _names(self) -> Markup:
-        """Return the names of the pivots; those of the coupler move with it and stay upright."""
-        if has_bars(self.guide):
-            return chain_names(self.shown, self.frame, self.clock)
-        parts, p = [], self.frame.point
-        away = complex(7 * p, -6 * p)
-        for i in (0, 1):
-            if self.shown.kinds[i] != PR:
-                parts.append(text(f"A{'₁₂'[i]}", complex(self.frame.at(self.shown.fixed[i])) + away, "halo"))
-            if self.shown.kinds[i] != RP:
-                name = text(f"A{'₁₂'[i]}*", away, "halo")
-                parts.append(self.clock.moved(self.frame.at(self.shown.moving[:, i]), "name", name))
-        return join(parts)
+        """Return the names of the joints."""
+        return svg_names(self.shown.machine, self.frame, self.clock)
 
     @property
     def _origin(self) -> complex:

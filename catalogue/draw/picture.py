@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,15 +11,14 @@ import numpy as np
 from ..errors import InvalidRequest, quoted
 from ..given import switch
 from ..paper import FORMATS, kind_of, write, write_bytes
-from .chain_poses import ChainPoses
 from .moving_file import moving_file
+from .pen_machine import pen_ground, pen_pose
 from .symbols import Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..guides.kinds import Guide
-    from .poses import Poses
 
 #: Formats of a drawing; a GIF is always animated.
 KINDS = (*FORMATS, "gif")
@@ -96,37 +94,13 @@ def draw(
     return figure
 
 
-class Stage(NamedTuple):
-    """Parts of a film: its box, and functions that draw the fixed parts and a pose with a pen."""
-
-    box: tuple[float, float, float, float]
-    ground: Callable[[Pen], None]
-    links: Callable[[Pen, int], None]
-
-
-def _staged(guide: Guide, taken: Poses | ChainPoses) -> Stage:
-    """Return the parts of a film of a guide in poses."""
-    if isinstance(taken, ChainPoses):
-        from .chain import ChainPicture, put_ground, put_pose
-
-        own: Any = guide
-        path = own.samples(*own.range if taken.closed else (taken.phases[0], taken.phases[-1])).polyline([0])
-        one = ChainPicture(own.circuit, taken.point, path, taken.phases[0], taken.phases[1:])
-        return Stage(one.box, lambda pen: put_ground(pen, one), lambda pen, pose: put_pose(pen, one, pose))
-    from .mechanism import ground, links
-    from .scene import scene_of
-
-    shown = scene_of(taken)
-    return Stage(shown.box, lambda pen: ground(pen, shown), lambda pen, pose: links(pen, shown, pose))
-
-
 def film(guide: Guide) -> bytes:
     """Draw an animated GIF of a guide, to and fro or round and round."""
     from ..paper import blank
     from .moving import posed
 
     taken = posed(guide, error=FILM.error)
-    shown = _staged(guide, taken)
+    shown = taken.machine
     x0, y0, x1, y1 = shown.box
     border = 0.45
     inch = max((x1 - x0) / (FILM.width - 2 * border), (y1 - y0) / (FILM.tall * FILM.width - 2 * border))
@@ -140,13 +114,13 @@ def film(guide: Guide) -> bytes:
     axes.set_xlim(0.5 * (x0 + x1 - FILM.width * inch), 0.5 * (x0 + x1 + FILM.width * inch))
     axes.set_ylim(0.5 * (y0 + y1 - height * inch), 0.5 * (y0 + y1 + height * inch))
     pen = Pen(axes, inch / 72)
-    shown.ground(pen)
+    pen_ground(pen, shown)
     standing = set(axes.get_children())
     figure.set_dpi(FILM.dpi)
     canvas = FigureCanvasAgg(figure)
     frames = []
     for pose in range(len(taken.time)):
-        shown.links(pen, pose)
+        pen_pose(pen, shown, pose)
         canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib has no types here
         dots = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # nor here
         frames.append(Image.fromarray(dots).convert("RGB"))

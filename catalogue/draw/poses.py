@@ -6,24 +6,29 @@ Every pose is measured on the finite motion; a drawing interpolates only between
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guides.kinds import is_dwell
-from ..kinematics.linkage import PR, RP
+from ..guides.kinds import is_candidate, is_dwell
+from ..kinematics.linkage import RP
 from ..kinematics.types import Complexes, Floats, Integers
+from .linkage_machine import linkage_machine
 
 if TYPE_CHECKING:
     from ..guides.placed import PlacedGuide
+    from ..guides.run import Run
+    from ..kinematics.sampling import Samples
+    from .machine import Machine
 
 
 class PoseCount(NamedTuple):
     """Number of poses of a moving drawing."""
 
-    stroke: int = 33  #: default number over a stroke
+    stroke: int = 33  #: default number over a stroke: odd, so that one is in the middle of a still
     turn: int = 73  #: default number over a turn: every five degrees
     most: int = 361  #: largest number of poses: every degree of a turn
     #: Largest error of interpolation half way between two poses [extent of the part's motion, rad]:
@@ -67,6 +72,11 @@ class Poses:
         away = np.abs(self.guided - self.home[2]) + np.abs(self.home - self.home[2]).max() * np.abs(self.turn)
         return int(np.argmin(away))
 
+    @cached_property
+    def machine(self) -> Machine:
+        """The linkage as a machine to draw."""
+        return linkage_machine(self)
+
     @property
     def origin(self) -> int:
         """Index in `home` of the coupler's origin: a finite moving pivot, else the guided point."""
@@ -79,16 +89,6 @@ class Poses:
     def at_home(self, z: Complexes) -> Complexes:
         """Return the coupler points at the places z in the poses, both of shape (m,)."""
         return np.asarray(self.home[2] + np.exp(-1j * self.turn) * (z - self.guided))
-
-    @property
-    def extent(self) -> Complexes:
-        """All places to which the picture must reach."""
-        rods = [self.carried(ends) for ends in self.rods.values()]
-        fixed = self.fixed[self.kinds != PR]
-        every = [fixed, self.carried(self.home), *rods, self.path, *self.traces.values()]
-        every += [] if self.joint is None else [self.joint, np.array([self.pivot])]
-        z = np.concatenate([np.ravel(part) for part in every])
-        return np.asarray(z[np.isfinite(z)])
 
 
 def poses(
@@ -123,14 +123,54 @@ def poses(
         If the count is out of range, or the linkage does not cover the stroke.
     """
     run = guide.run(whole=turn, points=points)
-    told = (POSE_COUNT.turn if run.closed else POSE_COUNT.stroke) if count is None else count
+    return poses_at(guide, run, *shares_and_times(run.samples, count, closed=run.closed, error=error))
+
+
+def still_poses(guide: PlacedGuide) -> Poses:
+    """Compute the poses of a still, one of them the given position."""
+    run = guide.run()
+    share = still_shares(run.samples, float(run.circuit.phase[0]), closed=run.closed)
+    shown = poses_at(guide, run, share, share)
+    return replace(shown, driver=guide.driver or 0) if is_candidate(guide) else shown
+
+
+def shares_and_times(samples: Samples, count: int | None, *, closed: bool, error: float) -> tuple[Floats, Floats]:
+    """Choose shares of a motion for its poses, and their times, from 0 to 1.
+
+    Raises
+    ------
+    InvalidRequest
+        If the count is out of range.
+    """
+    told = (POSE_COUNT.turn if closed else POSE_COUNT.stroke) if count is None else count
     if not 3 <= told <= POSE_COUNT.most:
         raise InvalidRequest(f"a moving drawing has 3 to {POSE_COUNT.most} poses, not {told}")
     time = np.linspace(0, 1, told)
-    share = time if run.closed else 0.5 * (1 - np.cos(np.pi * time))
+    share: Floats = time if closed else 0.5 * (1 - np.cos(np.pi * time))
     if count is None:
-        share = run.samples.linked(share, error)
-        time = share if run.closed else np.arccos(1 - 2 * share) / np.pi
+        share = samples.linked(share, error)
+        time = share if closed else np.arccos(1 - 2 * share) / np.pi
+    return share, time
+
+
+def still_shares(samples: Samples, home: float, *, closed: bool) -> Floats:
+    """Return shares of a motion for a still, around its phase `home` [rad].
+
+    On a closed circuit they begin and end there.
+    """
+    if closed:
+        return np.linspace(0, 1, POSE_COUNT.turn)
+    return np.interp(np.linspace(-1, 1, POSE_COUNT.stroke), [-1, 0, 1], [0, float(samples.share(home)), 1])
+
+
+def poses_at(guide: PlacedGuide, run: Run, share: Floats, time: Floats) -> Poses:
+    """Compute the poses at shares of a run.
+
+    Raises
+    ------
+    InvalidRequest
+        If the linkage does not lead its guided point over all of it.
+    """
     linkage, moved = guide.linkage, run.motion(run.samples.rows(share), getattr(guide, "driver", None))
     kinds, z, along = linkage.dyads[0], linkage.points[0], run.polyline()
     turned, guided, path = np.radians(moved.coupler), moved.points["guided"], run.path(along)

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..guides.kinds import has_bars, has_stroke, is_candidate
+from ..guides.kinds import has_bars, has_stroke
 from ..paper import FAINT, GREY, INK, PATH, SANS, SERIF, blank, literal
-from .mechanism import drawn
-from .poses import poses
-from .scene import Scene, scene, scene_of
+from .pen_machine import pen_machine
+from .still import deviation_along, still
 from .symbols import Pen
 from .units import rounded
 from .words import facts, family, is_exact, plain
@@ -21,9 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ..guides.candidate import Candidate
+    from ..guides.chain_stretch import ChainStretch
     from ..guides.kinds import Guide
-    from ..guides.own_chain import ChainStretch
-    from .chain import ChainPicture
 
 
 class SheetLayout(NamedTuple):
@@ -52,7 +50,7 @@ def sheet(guide: Guide) -> Figure:
 
     A guide without a stroke is drawn in its given position, with its path over the circuit.
     """
-    shown = pictured(guide)
+    shown = still(guide)
     x0, y0, x1, y1 = shown.box
     inner = SHEET.width - 2 * SHEET.margin
     inch = max((x1 - x0) / (inner - 2 * SHEET.border), (y1 - y0) / (SHEET.high - 2 * SHEET.border))
@@ -75,21 +73,21 @@ def sheet(guide: Guide) -> Figure:
     axes.set_ylim(middle - (0.5 * height + SHEET.scale) * inch, middle + 0.5 * height * inch)
     axes.set_aspect("equal")
     pen = Pen(axes, inch / 72)
-    put(pen, shown)
-    if not isinstance(shown, Scene):
+    pen_machine(pen, shown)
+    if has_bars(guide):
         literal(figure)  # joints have the names that a user gives them
     _scale(pen, guide.unit)
     if has_stroke(guide):
         inset = figure.add_axes(
             (SHEET.margin / SHEET.width, labels / total, inner / SHEET.width, strip / total), gid="deviation"
         )
-        _deviation(inset, guide, shown)
+        _deviation(inset, guide)
     return figure
 
 
 def onto(axes: Axes, guide: Guide) -> None:
     """Draw a guide into axes, with equal scales and fitting limits."""
-    shown = pictured(guide)
+    shown = still(guide)
     x0, y0, x1, y1 = shown.box
     box = axes.get_window_extent()
     dots = getattr(axes.get_figure(), "dpi", 100.0) / 72
@@ -99,32 +97,7 @@ def onto(axes: Axes, guide: Guide) -> None:
     axes.set_xlim(0.5 * (x0 + x1) - half[0], 0.5 * (x0 + x1) + half[0])
     axes.set_ylim(0.5 * (y0 + y1) - half[1], 0.5 * (y0 + y1) + half[1])
     axes.set_aspect("equal")
-    put(Pen(axes, scale), shown)
-
-
-def pictured(guide: Guide) -> Scene | ChainPicture:
-    """Return what a drawing of a guide shows.
-
-    Raises
-    ------
-    InvalidRequest
-        If a linkage does not lead its guided point over its stroke.
-    """
-    if has_bars(guide):
-        from .chain import ChainPicture
-
-        return ChainPicture.of(guide)
-    return scene(guide) if is_candidate(guide) else scene_of(poses(guide))
-
-
-def put(pen: Pen, shown: Scene | ChainPicture) -> None:
-    """Draw a linkage, or a mechanism of many bars, with a pen."""
-    if isinstance(shown, Scene):
-        drawn(pen, shown)
-    else:
-        from .chain import put_chain
-
-        put_chain(pen, shown)
+    pen_machine(Pen(axes, scale), shown)
 
 
 def _title(figure: Figure, guide: Guide, total: float) -> None:
@@ -159,18 +132,8 @@ def _title(figure: Figure, guide: Guide, total: float) -> None:
     if share < 1:  # a long name is written smaller
         head.set_fontsize(share * SHEET.name)
         tail.set(fontsize=share * SHEET.kind, x=left + head.get_window_extent().width / figure.bbox.width + SHEET.gap)
-    unit = f" {guide.unit}" if guide.unit else ""
-    told = facts(guide, guide.unit or "")
-    if has_stroke(guide):
-        told = [
-            *([f"{guide.drive} drives"] if has_bars(guide) else []),
-            f"stroke {guide.stroke:g}{unit}",
-            *([] if guide.radius is None else [f"radius {guide.radius:.4g}{unit}"]),
-            *([f"{guide.arc_angle:.4g}°"] if guide.is_wide else []),
-            "exact" if is_exact(guide) else f"deviation {plain(guide.deviation)}{unit}",
-            f"minimum transmission angle {guide.min_transmission:.0f}°",
-        ]
-    figure.text(left, 1 - 0.85 / total, "   ·   ".join(told), gid="facts", family=SANS, size=8.8, color=GREY)
+    told = "   ·   ".join(facts(guide, guide.unit or "", plain))
+    figure.text(left, 1 - 0.85 / total, told, gid="facts", family=SANS, size=8.8, color=GREY)
 
 
 def _scale(pen: Pen, unit: str | None) -> None:
@@ -186,7 +149,7 @@ def _scale(pen: Pen, unit: str | None) -> None:
     )
 
 
-def _deviation(axes: Axes, guide: Candidate | ChainStretch, shown: Scene | ChainPicture) -> None:
+def _deviation(axes: Axes, guide: Candidate | ChainStretch) -> None:
     """Plot the magnified deviation along the stroke, within its band."""
     from matplotlib.ticker import MaxNLocator
 
@@ -206,10 +169,9 @@ def _deviation(axes: Axes, guide: Candidate | ChainStretch, shown: Scene | Chain
         axes.axhspan(-half, half, facecolor=PATH, alpha=0.09, linewidth=0, gid="band", zorder=0)
         for side in (-half, half):
             axes.axhline(side, color=PATH, alpha=0.55, linewidth=0.7, linestyle=(0, (5, 3)), zorder=1)
-    error = np.zeros_like(shown.error) if exact else shown.error
-    axes.plot(
-        shown.position, error, color=PATH, linewidth=1.6, solid_capstyle="round", gid="error", clip_on=False, zorder=3
-    )
+    position, error = deviation_along(guide)
+    error = np.zeros_like(error) if exact else error
+    axes.plot(position, error, color=PATH, linewidth=1.6, solid_capstyle="round", gid="error", clip_on=False, zorder=3)
     said = (
         f"exact {nominal}: no deviation but rounding"
         if exact

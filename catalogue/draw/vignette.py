@@ -9,12 +9,11 @@ import numpy as np
 from ..curvature_theory.analysis import PARALLEL
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Complexes
-from ..paper import COUPLER, GREY, INK, PATH, SERIF
+from ..paper import COUPLER, CRANK, GREY, INK, PATH, SERIF
 from .cells import CELLS, Cell
 from .cubics import circle, cubic, hyperbola
 from .labels import COST, Labels
-from .mechanism import dyad
-from .symbols import BLOCK, Pen
+from .symbols import BLOCK, SYMBOL, Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -167,7 +166,20 @@ class Vignette:
                 ends = np.array([((fixed - foot) * along.conjugate()).real, 0])
                 spare = (BLOCK[0] + 10) * pen.point * np.array([-1, 1])
                 rod = foot + along * (np.sort(ends) + spare)
-            dyad(pen, kind, fixed, moving, rod, name)
+            self._dyad(kind, fixed, moving, rod, name)
+
+    def _dyad(self, kind: int, fixed: complex, moving: complex, rod: Complexes | None, name: str) -> None:
+        """Draw the moving parts of a dyad, without coupler; `rod` is the line of a slide, (2,)."""
+        pen = self.pen
+        if kind == RR:
+            pen.link(np.array([fixed, moving]), name % "crank", CRANK, zorder=5)
+        elif kind == PR:
+            pen.block(moving, name % "slider", 1j * fixed, CRANK, zorder=4.5)
+        elif rod is not None:
+            pen.link(rod, name % "line", COUPLER, width=SYMBOL.rod, zorder=4.2)
+            pen.block(fixed, name % "slide", 1j * moving, CRANK, zorder=5.5)
+        if kind != RP:
+            pen.pivot(moving, name % "moving-pivot")
 
     def _down(self, i: int) -> complex:
         """Return the direction in which a bracket covers least of the linkage."""

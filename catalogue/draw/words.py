@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from ..guides.kinds import has_bars, has_stroke, is_dwell
@@ -10,8 +11,8 @@ from .units import length
 
 if TYPE_CHECKING:
     from ..guides.candidate import Candidate
+    from ..guides.chain_stretch import ChainStretch
     from ..guides.kinds import Guide
-    from ..guides.own_chain import ChainStretch
 
 #: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12
@@ -62,8 +63,11 @@ def described(guide: Guide, code: str = "") -> str:
     return " · ".join(part for part in (which, kind, asked(guide)) if part)
 
 
-def facts(guide: Guide, unit: str) -> list[str]:
-    """List the main numbers of a guide: stroke, radius, deviation, transmission angle."""
+def facts(guide: Guide, unit: str, small: Callable[[float], str] = "{:.3g}".format) -> list[str]:
+    """List the main numbers of a guide: stroke, radius, deviation, transmission angle.
+
+    `small` formats a deviation.
+    """
     told = []
     if has_stroke(guide):
         told.append(f"stroke {length(guide.stroke, unit)}")
@@ -71,7 +75,7 @@ def facts(guide: Guide, unit: str) -> list[str]:
             told.append(f"radius {length(guide.radius, unit)}")
             if guide.is_wide:
                 told.append(f"{guide.arc_angle:.4g}°")
-        told.append("exact" if is_exact(guide) else f"deviation {guide.deviation:.3g} {unit}".rstrip())
+        told.append("exact" if is_exact(guide) else f"deviation {small(guide.deviation)} {unit}".rstrip())
     if is_dwell(guide):
         told.append(f"dwell of {guide.angle:.4g}° of the crank within {guide.residual:.3g}°, swing {guide.swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:

@@ -57,6 +57,16 @@ ARC = candidate([[[0, 0, 1], [0.7, 0.9, 1]], [[2, 0.2, 1], normal(20)]], 0.7 + 2
 EXACT = candidate([[normal(0), [0, 1, 1]], [normal(90), [1, 0, 1]]], 1 + 0j, 0.3)  # the point of a slider
 EVERY = [*MADE.values(), ARC, EXACT]
 NAMES = [*MADE, "arc", "exact"]
+#: A four-bar as a mechanism of many bars, and one with a long name.
+BARS = catalogue.mechanism(
+    {
+        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
+        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
+        "drive": "crank",
+        "point": "P",
+    }
+)
+LONG = catalogue.mechanism(BARS.given, name="A mechanism of $many$ bars with a long name of its own")
 #: A crank-rocker, a swinging block whose circuit is open, and a dwell that the catalogue found.
 OWN = catalogue.guide({"crank": 40, "rocker": 100, "ground": 90, "coupler": 100, "along": 100, "across": 40})
 OPEN = catalogue.guide(MADE["swinging-block"].linkage, MADE["swinging-block"].guided)

@@ -103,7 +103,7 @@ def test_sliders_keep_their_lines_and_slides_their_points(made: PlacedGuide) -> 
     for i in shown.rods:
         ends = shown.carried(shown.rods[i])
         away = ((ends - z[i, 0]) * shown.moving[:, i].conj()[:, None]).real
-        assert np.abs(away).max() < 1e-9 * np.abs(shown.extent - shown.extent[0]).max()
+        assert np.abs(away).max() < 1e-9 * np.abs(shown.machine.extent - shown.machine.extent[0]).max()
 
 
 @pytest.mark.parametrize("made", [MADE["slider-crank"], MADE["elliptic-trammel"]], ids=["slider-crank", "trammel"])
@@ -130,7 +130,7 @@ def test_the_line_of_a_slider_is_drawn_along_its_way_and_as_long(made: PlacedGui
 def test_poses_are_those_of_the_motion(made: PlacedGuide) -> None:
     """Each pose keeps the constraints of both dyads, from the pivots alone."""
     shown, z = poses(made), made.linkage.points[0]
-    size = np.abs(shown.extent - shown.extent[0]).max()
+    size = np.abs(shown.machine.extent - shown.machine.extent[0]).max()
     start = complex(*made.guided)
     for i, kind in enumerate(shown.kinds):
         pin = shown.guided + np.exp(1j * shown.turn) * (z[i, 1] - start)

@@ -24,26 +24,15 @@ from catalogue.draw.moving_file import moving_file
 from catalogue.draw.moving_layers import LAYERS
 from catalogue.draw.picture import film
 from catalogue.draw.poses import poses
-from catalogue.draw.scene import scene_of
 from catalogue.draw.units import Scale, length
 from catalogue.errors import InvalidRequest
 from catalogue.guides.placed import PlacedGuide
 from catalogue.units import MILLIMETRES
 from tests.curves import apart
-from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
+from tests.draw.samples import ARC, BARS, DWELL, EVERY, LONG, MADE, NAMES, OPEN, OWN
 
 SVG = "{http://www.w3.org/2000/svg}"
 every = pytest.mark.parametrize("made", [*EVERY, OWN, OPEN, DWELL], ids=[*NAMES, "own", "open", "dwell"])
-
-
-BARS = catalogue.mechanism(
-    {
-        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
-        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
-        "drive": "crank",
-        "point": "P",
-    }
-)
 
 
 def drawn_path(root: ET.Element) -> Any:
@@ -87,7 +76,8 @@ def test_a_slider_has_room_along_its_line_and_across() -> None:
         borders = []
         for z in np.exp([1j * turn, 1j * (turn + 0.5 * np.pi)]):
             guided = z * complex(*made.guided)
-            _, border = room(poses(catalogue.guide(made.linkage.moved(z, 0j), [guided.real, guided.imag])), 1.0)
+            turned = catalogue.guide(made.linkage.moved(z, 0j), [guided.real, guided.imag])
+            _, border = room(poses(turned).machine, 1.0)
             borders.append(border)
         same = (borders[0][:, 0] == borders[0][:, 1]) & (borders[0][:, 2] == borders[0][:, 3])  # no bearing, no link
         np.testing.assert_allclose(borders[1][same][:, [2, 3, 0, 1]], borders[0][same])
@@ -155,7 +145,7 @@ def test_a_film_shows_all_of_a_linkage_in_the_middle_and_not_distorted(
     with pytest.raises(LookupError):
         film(made)
     (x0, x1), (y0, y1) = seen[0].get_xlim(), seen[0].get_ylim()
-    box = scene_of(poses(made)).box
+    box = poses(made).machine.box
     assert x1 - x0 > box[2] - box[0]
     assert y1 - y0 > box[3] - box[1]
     assert (x0 + x1, y0 + y1) == pytest.approx((box[0] + box[2], box[1] + box[3]))
@@ -253,6 +243,23 @@ def test_two_poses_differ_in_a_browser(tmp_path: Path) -> None:
         with Image.open(out) as picture:
             pictures.append(np.asarray(picture.convert("L"), float))
     assert np.abs(pictures[0] - pictures[1]).max() > 100
+
+
+@pytest.mark.parametrize("made", [ARC, DWELL, LONG], ids=["arc", "dwell", "a long name"])
+def test_a_title_ends_on_the_paper(made: Any) -> None:
+    root = ET.fromstring(moving_file(made))
+    (title,) = [e for e in root.iter(f"{SVG}text") if e.attrib["class"] == "series"]
+    points = [e.attrib.get("style", "--guide-point:0.38px") for e in (title,)]
+    point = float(points[0].partition("--guide-point:")[2].partition("px")[0].partition(";")[0])
+    assert (point < 0.38) == (made is LONG), "names that have room keep their size"
+    bold, italic = {"weight": "bold"}, {"style": "italic"}
+    serif: dict[str, Any] = {"series": (bold, 21), "family": (italic, 16)}
+    end = float(title.attrib["x"])
+    for part in title:
+        face, size = serif[part.attrib.get("class", "series")]
+        font = FontProperties(family="DejaVu Serif", **face)  # wider than those of the drawing
+        end += TextPath((0, 0), part.text or "", size=size * point, prop=font).get_extents().x1
+    assert end < float(root.attrib["viewBox"].split()[2])
 
 
 @pytest.mark.parametrize("made", [ARC, DWELL, BARS.measure(stroke=3)[0]], ids=["arc", "dwell", "many bars"])

@@ -17,16 +17,8 @@ from catalogue.guides.own_chain import OwnChain
 from catalogue.guides.placed import PlacedGuide
 from catalogue.guides.results import Found
 from catalogue.html_table import html_table
-from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
+from tests.draw.samples import ARC, BARS, DWELL, EVERY, MADE, NAMES, OPEN, OWN
 
-BARS = catalogue.mechanism(
-    {
-        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
-        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
-        "drive": "crank",
-        "point": "P",
-    }
-)
 GUIDES = {**dict(zip(NAMES, EVERY, strict=True)), "own": OWN, "open": OPEN, "dwell": DWELL, "many bars": BARS}
 every = pytest.mark.parametrize("made", GUIDES.values(), ids=GUIDES)
 

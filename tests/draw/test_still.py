@@ -18,8 +18,9 @@ from matplotlib.figure import Figure
 import catalogue
 from catalogue.draw import draw
 from catalogue.draw.datasheet_pdf import sheet_figure
-from catalogue.draw.mechanism import _rod
-from catalogue.draw.scene import _beyond, scene
+from catalogue.draw.machine import Plate
+from catalogue.draw.poses import still_poses
+from catalogue.draw.still import deviation_along, path_beyond, still
 from catalogue.draw.svg import plate
 from catalogue.draw.symbols import Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
@@ -28,7 +29,7 @@ from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
 from catalogue.paper import DRIVER
 from catalogue.testing import load
 from tests.curves import apart, nearest
-from tests.draw.samples import ARC, EVERY, EXACT, MADE, NAMES, candidate
+from tests.draw.samples import ARC, BARS, EVERY, EXACT, LONG, MADE, NAMES, candidate
 
 every = pytest.mark.parametrize("made", EVERY, ids=NAMES)
 
@@ -42,6 +43,11 @@ def line(figure: Figure, gid: str) -> Any:
     """Return the coordinates of a drawn line."""
     (found,) = [line for axes in figure.axes for line in axes.lines if line.get_gid() == gid]
     return found.get_xydata()
+
+
+def lines(made: Candidate) -> dict[str, Any]:
+    """Return the lines of a still by name."""
+    return {one.name: one.z for one in still(made).lines}
 
 
 def test_the_samples_are_of_all_families() -> None:
@@ -58,14 +64,14 @@ def test_drawn_path_is_the_path_of_the_candidate(made: Candidate) -> None:
 
 @every
 def test_path_goes_on_smoothly_beyond_the_stroke(made: Candidate) -> None:
-    shown = scene(made)
-    ends = sorted([shown.path[0], shown.path[-1]], key=lambda z: z.real)
+    path, before, after = (lines(made)[name] for name in ("path", "path-before", "path-after"))
+    ends = sorted([path[0], path[-1]], key=lambda z: z.real)
     assert abs(ends[0].real) < 1e-2 * made.stroke
     assert abs(ends[1].real - made.stroke) < 1e-2 * made.stroke
-    inner = (shown.path[0], shown.path[-1])
-    assert len(shown.before) > 1
-    assert len(shown.after) > 1
-    for tail, end, inside in zip((shown.before, shown.after), inner, (shown.path[1], shown.path[-2]), strict=True):
+    inner = (path[0], path[-1])
+    assert len(before) > 1
+    assert len(after) > 1
+    for tail, end, inside in zip((before, after), inner, (path[1], path[-2]), strict=True):
         assert abs(tail[0] - end) < 1e-6 * made.stroke
         assert ((tail[1] - tail[0]) * (end - inside).conjugate()).real > 0
         assert np.abs(np.diff(tail)).sum() < made.stroke
@@ -73,7 +79,7 @@ def test_path_goes_on_smoothly_beyond_the_stroke(made: Candidate) -> None:
 
 @every
 def test_dyads_keep_their_constraints_in_every_pose(made: Candidate) -> None:
-    shown = scene(made)
+    shown = still_poses(made)
     for i, kind in enumerate(shown.kinds):
         fixed, moving = shown.fixed[i], shown.moving[:, i]
         if kind == RR:
@@ -81,25 +87,27 @@ def test_dyads_keep_their_constraints_in_every_pose(made: Candidate) -> None:
         elif kind == PR:
             held = (moving * fixed.conj()).real
         else:
-            held = np.abs(((shown.rods[i] - fixed) * moving.conj()[:, None]).real).max(1)
+            rod = shown.carried(shown.rods[i])
+            held = np.abs(((rod - fixed) * moving.conj()[:, None]).real).max(1)
             assert held.max() < 1e-9 * made.size
-            along = ((shown.rods[i] - fixed) * (1j * moving).conj()[:, None]).real
+            along = ((rod - fixed) * (1j * moving).conj()[:, None]).real
             assert (along.min(1) <= 1e-9).all()  # the line reaches the block in every pose
             assert (along.max(1) >= -1e-9).all()
         assert np.ptp(held) < 1e-9 * made.size
-    sides = np.abs(shown.coupler - np.roll(shown.coupler, 1, axis=1))
+    coupler = shown.carried(shown.home)
+    sides = np.abs(coupler - np.roll(coupler, 1, axis=1))
     np.testing.assert_allclose(sides - sides[0], 0, atol=1e-9 * made.size)
-    np.testing.assert_allclose(shown.coupler[shown.middle, 2], complex(*made.guided), atol=1e-9 * made.size)
-    np.testing.assert_allclose(shown.coupler[[0, -1], 2], shown.path[[0, -1]], atol=1e-6 * made.stroke)
+    np.testing.assert_allclose(coupler[shown.middle, 2], complex(*made.guided), atol=1e-9 * made.size)
+    np.testing.assert_allclose(coupler[[0, -1], 2], shown.path[[0, -1]], atol=1e-6 * made.stroke)
 
 
 @every
 def test_drawn_deviation_fills_its_band(made: Candidate) -> None:
-    shown = scene(made)
-    assert (np.diff(shown.position) > 0).all()
-    np.testing.assert_allclose(shown.position[[0, -1]], [0, made.stroke], atol=1e-4 * made.stroke)
+    position, error = deviation_along(made)
+    assert (np.diff(position) > 0).all()
+    np.testing.assert_allclose(position[[0, -1]], [0, made.stroke], atol=1e-4 * made.stroke)
     if made is not EXACT:
-        np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
+        np.testing.assert_allclose([error.max(), -error.min()], made.deviation, rtol=2e-3)
 
 
 @every
@@ -145,12 +153,13 @@ def test_a_guide_is_drawn_where_it_stands(made: Candidate) -> None:
         start=[origin.real, origin.imag],
         along=float(np.degrees(2)),
     )
-    one, other = scene(made), scene(there)
-    np.testing.assert_allclose(other.coupler, origin + turn * one.coupler, atol=1e-6 * made.size)
-    for name in ("path", "before", "after"):
-        assert apart(getattr(other, name), origin + turn * getattr(one, name)) < 1e-4 * made.stroke
+    one, other = still_poses(made), still_poses(there)
+    there_now, here = (shown.carried(shown.home) for shown in (other, one))
+    np.testing.assert_allclose(there_now, origin + turn * here, atol=1e-6 * made.size)
+    for name in ("path", "path-before", "path-after"):
+        assert apart(lines(there)[name], origin + turn * lines(made)[name]) < 1e-4 * made.stroke
     assert apart(other.path, there.path(4001) @ [1, 1j]) < 1e-4 * made.stroke
-    np.testing.assert_allclose(other.error, one.error, atol=1e-6 * made.stroke)
+    np.testing.assert_allclose(deviation_along(there)[1], deviation_along(made)[1], atol=1e-6 * made.stroke)
     for i, pivot in enumerate(there.linkage.points[0, :, 0]):
         assert abs(other.fixed[i] - pivot) < 1e-9 * made.size
         assert abs(other.moving[other.middle, i] - there.linkage.points[0, i, 1]) < 1e-6 * made.size
@@ -158,10 +167,10 @@ def test_a_guide_is_drawn_where_it_stands(made: Candidate) -> None:
 
 def test_deviation_is_positive_where_the_path_is_above() -> None:
     for made in (MADE["four-bar"], ARC):
-        shown = scene(made)
-        u, v = shown.path.real, shown.path.imag
+        path, (position, error) = still(made).path, deviation_along(made)
+        u, v = path.real, path.imag
         smooth = np.polyval(np.polyfit(u, v, 1 if made.radius is None else 2), u)
-        seen = np.interp(u, shown.position, shown.error)
+        seen = np.interp(u, position, error)
         assert np.corrcoef(v - smooth, seen)[0, 1] > 0.5
 
 
@@ -169,7 +178,7 @@ def test_deviation_of_a_nearly_exact_arc_is_not_rounding() -> None:
     four_bar = MADE["four-bar"]
     made = candidate(four_bar.pivots, complex(*four_bar.guided), 0.005, circle=True)
     assert 1e-12 < made.deviation / made.stroke < 1e-11
-    error = scene(made).error
+    error = deviation_along(made)[1]
     np.testing.assert_allclose([error.max(), -error.min()], made.deviation, rtol=2e-3)
     assert np.abs(np.diff(error, 2)).max() < 0.01 * made.deviation  # and smooth
 
@@ -332,7 +341,7 @@ def test_linkages_stand_in_the_middle_of_the_sheet_and_their_dots_are_of_one_siz
         figure = draw(made)
         figure.draw_without_rendering()
         axes = figure.axes[0]
-        x0, y0, x1, y1 = scene(made).box
+        x0, y0, x1, y1 = still(made).box
         low, high = axes.transData.transform([(x0, y0), (x1, y1)])
         assert 0.5 * (low + high)[0] == pytest.approx(0.5 * figure.bbox.width, abs=0.01)
         assert (low > 0).all()
@@ -363,7 +372,7 @@ def test_a_path_goes_on_for_the_length_that_is_asked_or_to_where_it_turns(made: 
     run, tangent = made.run(), complex(made.span().tangent[0])
     half = np.linspace(0, 0.4 * float(run.circuit.period[0]), 4001) * np.sign(run.high - run.low)
     for more in (0.01 * made.stroke, made.stroke):
-        for tail, phases in zip(_beyond(run, tangent, more), (run.low - half, run.high + half), strict=True):
+        for tail, phases in zip(path_beyond(run, tangent, more), (run.low - half, run.high + half), strict=True):
             path = run.path(phases)
             u = np.abs(((path - path[0]) * tangent.conjugate()).real)
             turn = int((np.diff(u) <= 0).argmax()) if (np.diff(u) <= 0).any() else len(u) - 1
@@ -380,26 +389,27 @@ def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:
     pivots = series.members[0].synthesise({"q3": np.array([-2.0, 0.5]), "phi2": np.radians([40.0, 60.0])})
     for linkage in pivots.tolist():
         made = candidate(linkage, 0j, 0.02, circle=True)
-        shown = scene(made)
-        np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
-        assert shown.position[0] + shown.position[-1] == pytest.approx(2 * made.stroke)
-        assert 0 < shown.position.min() < 0.01
-        for x, error in zip(shown.position[[0, -1]], shown.error[[0, -1]], strict=True):
+        position, error = deviation_along(made)
+        np.testing.assert_allclose([error.max(), -error.min()], made.deviation, rtol=2e-3)
+        assert position[0] + position[-1] == pytest.approx(2 * made.stroke)
+        assert 0 < position.min() < 0.01
+        for x, off in zip(position[[0, -1]], error[[0, -1]], strict=True):
             _, end = min(made.path(3)[[0, -1]], key=lambda end: abs(end[0] - x))
-            assert error * end > 0  # the upper of the two ends is drawn above
+            assert off * end > 0  # the upper of the two ends is drawn above
 
 
 @pytest.mark.parametrize("name", ["inverted-slider-crank", "swinging-block", "oldham"])
 def test_the_rod_of_a_slide_is_drawn_along_its_line_through_the_block(name: str) -> None:
-    shown = scene(MADE[name])
-    pen = Pen(Figure().add_subplot(), 0.01 * MADE[name].stroke)
+    shown = still_poses(MADE[name])
+    (coupler,) = [body for body in shown.machine.bodies if body.name == "coupler"]
+    lines = {one.name: one for one in coupler.shapes if isinstance(one, Plate)}
     for i, rod in shown.rods.items():
-        for pose in range(len(rod)):
-            ends, normal = _rod(pen, shown, i, pose), shown.moving[pose, i]
-            np.testing.assert_allclose(((ends - rod[pose]) * normal.conj()).real, 0, atol=1e-9 * MADE[name].stroke)
-            along = (rod[pose, 1] - rod[pose, 0]) / abs(rod[pose, 1] - rod[pose, 0])
-            beyond = ((ends - rod[pose]) * np.conj(along)).real * [-1, 1]
-            assert (beyond >= 0).all()
+        ends = coupler.places(lines[f"line-{i + 1}"].drawn(0.01 * MADE[name].stroke))
+        for at, whole, normal in zip(ends, shown.carried(rod), shown.moving[:, i], strict=True):
+            np.testing.assert_allclose(((at - whole) * normal.conj()).real, 0, atol=1e-9 * MADE[name].stroke)
+            along = (whole[1] - whole[0]) / abs(whole[1] - whole[0])
+            beyond = ((at - whole) * np.conj(along)).real * [-1, 1]
+            assert (beyond >= -1e-12 * MADE[name].stroke).all()
             assert beyond.max() > 0
 
 
@@ -479,22 +489,11 @@ def test_every_measured_stretch_is_drawn() -> None:
         found = catalogue.guide(links).measure(stroke=stroke, radius=radius)
         assert len(found) >= 2
         for one in found:
-            shown = scene(one)
+            path, (_, error) = still(one).path, deviation_along(one)
             ends = one.path(2) @ np.array([1, 1j])
             for end in ends:
-                assert np.abs(shown.path - end).min() < 1e-6 * one.stroke
-            assert np.abs(shown.error).max() == pytest.approx(one.deviation, rel=1e-2)
-
-
-BARS = catalogue.mechanism(
-    {
-        "joints": {"A": [0, 0], "D": [2, 0], "B": [0, 1], "C": [2, 2.5], "P": [4, 4]},
-        "bars": {"frame": "AD", "crank": "AB", "coupler": "BCP", "rocker": "CD"},
-        "drive": "crank",
-        "point": "P",
-        "name": "A mechanism of $many$ bars with a long name of its own",
-    }
-)
+                assert np.abs(path - end).min() < 1e-6 * one.stroke
+            assert np.abs(error).max() == pytest.approx(one.deviation, rel=1e-2)
 
 
 @pytest.mark.parametrize("how", [{"stroke": 3}, {"stroke": 2, "radius": 6}], ids=["line", "arc"])
@@ -513,7 +512,7 @@ def test_many_bars_are_drawn_on_the_sheet_of_any_guide(how: dict[str, float]) ->
 
 @pytest.mark.slow
 def test_a_long_name_is_written_smaller_and_literally() -> None:
-    figure = draw(BARS)
+    figure = draw(LONG)
     name, kind = (one for one in figure.texts if one.get_gid() in ("series", "family"))
     ends = [one.get_window_extent() for one in (name, kind)]
     assert ends[0].x1 < ends[1].x0 < ends[1].x1 < figure.bbox.x1

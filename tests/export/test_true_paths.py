@@ -97,7 +97,7 @@ def test_no_row_of_a_table_is_farther_from_the_next_than_the_stated_share(part: 
 def test_links_of_a_moving_drawing_meet_between_its_poses_too(part: int) -> None:
     for k in range(part, 300, 10):
         shown = poses(linkages()[k])
-        spread = extent(shown.extent)
+        spread = extent(shown.machine.extent)
         for angle in (shown.turn, *shown.cranks.values()):
             assert np.abs(np.diff(angle)).max() < np.radians(25)
         for i, angle in shown.cranks.items():
@@ -170,7 +170,7 @@ def test_a_centrode_lies_where_the_coupler_is_at_rest(k: int) -> None:
     """The pole from the velocities of two points, on paper, against the polyline that is drawn."""
     guide = linkages()[k]
     shown = poses(guide)
-    frame = Frame.around(shown, 360.0, None, 1.06)
+    frame = Frame.around(shown.machine, 360.0, None, 1.06)
     drawn = Layers(guide, shown, frame, Clock(5.0, True, 0, True)).drawn("centrodes")
     line = ET.fromstring(drawn).find("path")
     assert line is not None

@@ -14,7 +14,7 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, StraightLine
-from catalogue.draw.scene import scene
+from catalogue.draw.still import deviation_along, still
 from catalogue.guides.candidate import Candidate
 from catalogue.guides.codes import record, remember, save
 from tests import naive
@@ -95,20 +95,22 @@ def test_records_of_other_answers_say_no_angle(small: Catalogue) -> None:
 @pytest.mark.parametrize("angle", ANGLES)
 def test_what_is_drawn_and_traced_goes_the_long_way_round(found: Callable[..., list[Candidate]], angle: float) -> None:
     for one in found(angle)[:2]:
-        shown, centre = scene(one), 0.5 * one.stroke - 50j * math.cos(math.radians(angle / 2))
+        lines = {line.name: line.z for line in still(one).lines}
+        centre = 0.5 * one.stroke - 50j * math.cos(math.radians(angle / 2))
+        path, (position, error) = lines["path"], deviation_along(one)
         length = 50 * math.radians(angle)
-        assert np.abs(np.diff(shown.path)).sum() == pytest.approx(length, rel=0.01)
-        assert np.ptp(shown.position) == pytest.approx(length, rel=1e-3)
-        assert np.abs(shown.error).max() == pytest.approx(one.deviation, rel=5e-3)
+        assert np.abs(np.diff(path)).sum() == pytest.approx(length, rel=0.01)
+        assert np.ptp(position) == pytest.approx(length, rel=1e-3)
+        assert np.abs(error).max() == pytest.approx(one.deviation, rel=5e-3)
         # the centre of a half circle is known along its chord only
-        np.testing.assert_allclose(np.abs(shown.path - centre), 50, atol=0.4)
-        assert shown.path.imag.max() == pytest.approx(50 + centre.imag, abs=0.4)
+        np.testing.assert_allclose(np.abs(path - centre), 50, atol=0.4)
+        assert path.imag.max() == pytest.approx(50 + centre.imag, abs=0.4)
         motion = one.motion(73)
         assert np.abs(motion.deviation).max() == pytest.approx(one.deviation, rel=0.02)
-        for tail, end in ((shown.before, shown.path[0]), (shown.after, shown.path[-1])):
+        for tail, end in ((lines["path-before"], path[0]), (lines["path-after"], path[-1])):
             assert tail[0] == pytest.approx(end, abs=1e-9)
             gone = np.angle((tail[-1] - centre) / (end - centre))
-            assert (gone > 0) == (end == shown.path[0])  # the way on, round the same circle
+            assert (gone > 0) == (end == path[0])  # the way on, round the same circle
 
 
 @pytest.mark.slow
