@@ -42,9 +42,10 @@ if TYPE_CHECKING:
     from .find.measure import measure
     from .guides.candidate import Candidate
     from .guides.chain_motion import ChainMotion
+    from .guides.chain_stretch import ChainStretch
     from .guides.dwell import StandStill
     from .guides.guide_motion import GuideMotion
-    from .guides.own_chain import ChainStretch, OwnChain, mechanism
+    from .guides.own_chain import OwnChain, mechanism
     from .guides.own_guide import OwnGuide, guide
     from .guides.placed import PlacedGuide
     from .guides.results import Found, Improvement, Measured
@@ -60,7 +61,7 @@ _HOME = {
     "Catalogue": "api",
     "CatalogueError": "errors",
     "ChainMotion": "guides.chain_motion",
-    "ChainStretch": "guides.own_chain",
+    "ChainStretch": "guides.chain_stretch",
     "CircularArc": "problem.path",
     "ConstraintArguments": "problem.constraints",
     "Constraints": "problem.constraints",

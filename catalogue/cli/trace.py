@@ -78,7 +78,8 @@ def trace(
     catalogue trace mine.json --unit mm > motion.csv
     """
     from ..guides.candidate import Candidate
-    from ..guides.own_chain import ChainStretch, OwnChain
+    from ..guides.chain_stretch import ChainStretch
+    from ..guides.own_chain import OwnChain
 
     every = in_output_unit(resolve(reference, point, db, plugins, chains=True))
     if len(every) != 1:

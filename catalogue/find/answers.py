@@ -17,9 +17,10 @@ from ..foreign_code import NAME
 from ..given import field_types, number, positive, switch, whole
 from ..given import text as printable
 from ..guides.candidate import Candidate
+from ..guides.chain_stretch import ChainStretch
 from ..guides.codes import CODES, FORMAT, code_of, is_code, kept, text_of
 from ..guides.dwell import DwellCandidate
-from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.own_chain import OwnChain
 from ..guides.own_guide import OwnGuide
 from ..guides.placed import PlacedGuide
 from ..kinematics.linkage import Linkage

@@ -11,7 +11,8 @@ import numpy as np
 from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..given import names as named
 from ..given import whole
-from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.chain_stretch import ChainStretch
+from ..guides.own_chain import OwnChain
 from ..guides.results import ChainImprovement, Measured
 from ..kinematics.types import Complexes, Floats
 from ..plugin.refine_mechanisms import refined

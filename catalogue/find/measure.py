@@ -20,7 +20,8 @@ from ..guidance.trace import Traced
 from ..guidance.wide_arc import WIDE_ARC, on_wide_arcs, wide_arcs
 from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
-from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.chain_stretch import ChainStretch
+from ..guides.own_chain import OwnChain
 from ..guides.placed import IMMOBILE, PlacedGuide
 from ..guides.results import Measured
 from ..guides.stretch import Stretch

@@ -24,9 +24,9 @@ from ..guidance.metrics import measure
 from ..guidance.placement import at_stroke
 from ..guidance.trace import Traced
 from ..guides.candidate import Candidate
+from ..guides.chain_stretch import ChainStretch
 from ..guides.columns import DWELL, LENGTH, STRETCH
 from ..guides.dwell import DwellCandidate
-from ..guides.own_chain import ChainStretch
 from ..guides.stretch import Stretch
 from ..problem.path import StraightLine
 from .listing import Frames, measured_columns

@@ -22,7 +22,7 @@ from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
 from ..given import number as a_number
-from ..guides.own_chain import ChainStretch
+from ..guides.chain_stretch import ChainStretch
 from ..guides.results import Found, Results
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS

@@ -8,8 +8,9 @@ if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
     from .candidate import Candidate
+    from .chain_stretch import ChainStretch
     from .dwell import DwellCandidate
-    from .own_chain import ChainStretch, OwnChain
+    from .own_chain import OwnChain
     from .placed import PlacedGuide
 
     #: A linkage of two dyads, or a mechanism of many bars.

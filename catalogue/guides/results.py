@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
 from ..markup import element
 from .candidate import COLUMNS, Candidate
-from .own_chain import ChainStretch
+from .chain_stretch import ChainStretch
 from .stretch import Stretch
 from .verbs import verb
 

@@ -224,7 +224,7 @@ class _Made:
     def plot(self, candidate: CollectionCandidate, file: Path | None) -> Any:
         """Draw a mechanism in mid-stroke with its path."""
         from ..draw.picture import draw
-        from ..guides.own_chain import ChainStretch
+        from ..guides.chain_stretch import ChainStretch
 
         return draw(ChainStretch.of_answer(candidate, *self.mechanism(candidate)), file)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
 from ..draw.words import family
-from ..guides.own_chain import ChainStretch
+from ..guides.chain_stretch import ChainStretch
 from ..markup import Markup
 from ..quantities import LINKS
 

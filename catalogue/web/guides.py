@@ -24,8 +24,9 @@ from ..export.write import TWO_DYADS
 from ..find.answers import recall
 from ..find.specimens import stretch_of
 from ..guides.candidate import Candidate
+from ..guides.chain_stretch import ChainStretch
 from ..guides.codes import is_code
-from ..guides.own_chain import ChainStretch, OwnChain
+from ..guides.own_chain import OwnChain
 from ..guides.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
 from ..quantities import DEGREES, QUANTITIES, RATIO

@@ -16,8 +16,8 @@ from catalogue import InvalidRequest, StraightLine, mechanism
 from catalogue.collections.results import CollectionCandidate
 from catalogue.find.answers import recall
 from catalogue.find.specimens import _candidate, in_unit, measured
+from catalogue.guides.chain_stretch import ChainStretch
 from catalogue.guides.codes import remember
-from catalogue.guides.own_chain import ChainStretch
 from catalogue.plugin.registry import Registry
 from catalogue.problem.path import CircularArc, PathRequest
 
