@@ -264,12 +264,15 @@ class Explanation:
         one = found[np.array([best])]
         for room in rooms if amount[best] > WEIGHTS.rounding else ():
             bounds = {name: self._value(name, one, room) for name in names}
-            if (answers := self._answers(bounds, one)) is not None:
-                if len(names) == 1 and amount[best] > LARGE_RELAXATION and not self.problem.constraints.given:
-                    closer = self._closer(names[0], bounds, amount[best], answers)
-                    bounds = closer if self._is_found(closer) else bounds
-                if self._is_found(bounds):
-                    return tuple(self._relaxation(name, bound) for name, bound in bounds.items())
+            if (answers := self._answers(bounds, one)) is None:
+                continue
+            offers = [bounds]
+            if len(names) == 1 and amount[best] > LARGE_RELAXATION and not self.problem.constraints.given:
+                closer = self._closer(names[0], bounds, amount[best], answers)
+                offers = offers if closer is bounds else [closer, bounds]
+            for offer in offers:
+                if self._is_found(offer):
+                    return tuple(self._relaxation(name, bound) for name, bound in offer.items())
         return None
 
     def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:

@@ -14,6 +14,7 @@ import pytest
 from catalogue import Catalogue, CircularArc, Found, StraightLine
 from catalogue.candidates.batch import Origin, measured
 from catalogue.find.explain import Explanation, _widened, rounded
+from catalogue.find.find import is_answered
 from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
@@ -65,6 +66,22 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
         asked = replace(request_, deviation=relaxed.pop("deviation", request_.deviation))
         assert (asked, relaxed) != (request_, wanted)
         assert ask(asked, limit=1, **relaxed), (told, changes)
+
+
+@pytest.mark.slow
+def test_no_relaxation_is_searched_twice(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that could not be reduced was searched again to confirm what the first search had said."""
+    empty = small.find(StraightLine(150, 0.001), max_size=120, min_transmission=50, pins_only=True)
+    searched: list[Problem] = []
+
+    def answered(database: Any, problem: Problem) -> bool:
+        searched.append(problem)
+        return is_answered(database, problem)
+
+    monkeypatch.setattr("catalogue.find.find.is_answered", answered)
+    assert advised(empty.explain())
+    assert searched
+    assert len({repr(one) for one in searched}) == len(searched)
 
 
 @pytest.mark.slow
