@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ..errors import CatalogueError, MissingExtra
 from ..html_table import html_table
@@ -72,30 +72,46 @@ def cards_html(answers: Sequence[object], title: str) -> Markup:
     return join((element("p", title), shown, folded))
 
 
+def _drawable(one: Any) -> Guide | None:
+    """Return the guide to draw of an answer; None for a mechanism in space."""
+    if not hasattr(one, "collection"):
+        return cast("Guide", one)
+    from ..guides.own_chain import mechanism
+
+    return None if one.collection.mechanism is None else mechanism(one)
+
+
 def _card(number: int, one: Any) -> Markup:
-    """Return one card; empty for answers of collections, which have no such drawing."""
-    if hasattr(one, "collection"):
-        return NOTHING
+    """Return one card; empty for a mechanism in space, which has no such drawing."""
     try:
-        svg = moving_svg(one, width=CARDS.card, height=0.75 * CARDS.card, style=number == 0)
+        if (guide := _drawable(one)) is None:
+            return NOTHING
+        svg = moving_svg(guide, width=CARDS.card, height=0.75 * CARDS.card, style=number == 0)
     except CatalogueError as error:
         svg = element("p", str(error))
-    said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), family(one)) if part)
+    kind = one.family if hasattr(one, "collection") else family(one)
+    said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), kind) if part)
+    values = _values(one)
     numbers = [
-        f"{name} {getattr(one, field):{format}}{unit}".rstrip()
+        f"{name} {values[field]:{format}}{unit}".rstrip()
         for field, name, format, unit in (
             ("deviation", "deviation", ".3g", f" {one.unit or ''}"),
             ("size", "size", ".4g", f" {one.unit or ''}"),
             ("min_transmission", "transmission", ".0f", "°"),
         )
-        if getattr(one, field, None) is not None
+        if values.get(field) is not None
     ]
     words = element("div", element("b", said), element("br"), ", ".join(numbers), style="font-size:smaller")
     return element("div", svg, words, style=f"width:{CARDS.card:.0f}px")
 
 
+def _values(one: object) -> dict[str, Any]:
+    """Return the numbers of an answer by name, the metrics of a collection among them."""
+    return {name: getattr(one, name) for name in COLUMNS if hasattr(one, name)} | getattr(one, "metrics", {})
+
+
 def _told(one: object) -> Mapping[str, Any]:
-    told = {name: getattr(one, name) for name in COLUMNS if hasattr(one, name)}
+    told = _values(one)
     return told | ({"order": "exact"} if told.get("order") == EXACT_ORDER else {})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -61,6 +62,24 @@ def test_improve_is_no_worse_and_keeps_the_frame(own: Any, monkeypatch: pytest.M
     assert better.deviation < found.before.deviation
     for joint in own.bars["frame"]:
         assert better.joints[joint] == pytest.approx(own.joints[joint])
+
+
+@planar
+def test_answers_are_cards_in_a_notebook(answers_of: Callable[..., Any], name: str, family: str) -> None:
+    found = answers_of(name, family)[:2]
+    page = ET.fromstring(f"<div>{found._repr_html_()}</div>")
+    assert len(page.findall(".//{http://www.w3.org/2000/svg}svg")) == len(found)
+    assert page.findtext(".//b") == " ".join(part for part in ("0:", found[0].series, family) if part)
+    head, first, *_ = ([cell.text for cell in row] for row in page.iter("tr"))
+    assert first[head.index("size")] == f"{found[0].metrics['size']:.4g}"
+
+
+def test_answers_in_space_are_a_table_in_a_notebook(answers_of: Callable[..., Any]) -> None:
+    found = answers_of(*PLANAR[0])[:1]
+    spatial = replace(found[0], collection=replace(found[0].collection, mechanism=None))
+    page = ET.fromstring(f"<div>{replace(found, candidates=[spatial])._repr_html_()}</div>")
+    assert not page.findall(".//{http://www.w3.org/2000/svg}svg")
+    assert len(list(page.iter("tr"))) == 2
 
 
 @planar
