@@ -18,8 +18,9 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor, coefficients
+from ..geometry.rotation import turned, turning
 from .located_guide import LocatedGuide
-from .vectors import EYE, cayley, cross, series, skew, turned, turning, waves
+from .vectors import EYE, cayley, cross, series, skew, waves
 from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
@@ -276,7 +277,8 @@ class Tree:
         for p in self.placed:
             if p.joint_kind == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
-                    out[:, number : number + 4] = turned(y[:, number : number + 4], step[:, unknown : unknown + 3])
+                    quaternion, spin = y[:, number : number + 4], step[:, unknown : unknown + 3]
+                    out[:, number : number + 4] = turned(quaternion.T, spin.T).T
                     out[:, number + 4 : number + 7] += step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.joint_kind]):
@@ -301,7 +303,8 @@ class Tree:
         for p in self.placed:
             if p.joint_kind == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
-                    out[:, number : number + 4] = turning(y[:, number : number + 4], step[:, unknown : unknown + 3])
+                    quaternion, spin = y[:, number : number + 4], step[:, unknown : unknown + 3]
+                    out[:, number : number + 4] = turning(quaternion.T, spin.T).T
                     out[:, number + 4 : number + 7] = step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.joint_kind]):

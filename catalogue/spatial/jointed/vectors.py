@@ -71,15 +71,3 @@ def rotation(q: Array) -> Array:
     v = q[..., 1:]
     s = q[..., :1, None]
     return np.asarray(2 * (v[..., :, None] * v[..., None, :] + s * skew(v)) + (2 * s * s - 1) * EYE)
-
-
-def turning(q: Array, spin: Array) -> Array:
-    """Return the rates of unit quaternions (n, 4) at angular velocities (n, 3)."""
-    half, v = spin / 2, q[:, 1:]
-    return np.concatenate([-(half * v).sum(1, keepdims=True), q[:, :1] * half + cross(half, v)], axis=1)
-
-
-def turned(q: Array, turn: Array) -> Array:
-    """Return unit quaternions (n, 4) after small rotations (n, 3)."""
-    out = q + turning(q, turn)
-    return np.asarray(out / np.sqrt((out * out).sum(1, keepdims=True)))
