@@ -12,8 +12,9 @@ import numpy as np
 from ...kinematics.types import Array
 from ..continuation.curve import Traces
 from ..continuation.elimination import solve
+from ..continuation.newton import LAST
 from .curve import LineCurve
-from .newton import LAST, NOISE
+from .newton import NOISE
 from .unknowns import moved
 
 #: Positions that are corrected together.

@@ -10,11 +10,10 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..continuation.elimination import solve
+from ..continuation.newton import LAST
 from .equations import System
 from .unknowns import Equations, moved
 
-#: A step below this squares to less than a rounding error: it is made, and is the last.
-LAST = 1e-8
 #: Rounding errors, of the largest length that occurs, to which a residual can be brought.
 NOISE = 8 * float(np.finfo(float).eps)
 #: Largest step [rad, units].

@@ -7,13 +7,12 @@ import numpy as np
 from ...kinematics.types import Array
 from ..continuation import tracing
 from ..continuation.curve import Limits, Traces
-from ..continuation.newton import Accuracy, corrected, newton_step
+from ..continuation.newton import LAST, Accuracy, corrected, newton_step
 from ..continuation.tracing import BRANCH, STUCK, toward
 from .curve import LineCurve
 from .equations import System
 from .filling import fill
 from .mechanism import Mechanisms
-from .newton import LAST
 from .position import EDGE, OK, driver_units, off_edge
 
 TURNING = "turning point"
