@@ -31,10 +31,12 @@ ROUNDING = 1e-12
 MOST_STEPS = 1_000_000
 
 FILE = Argument(
-    "file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives; a file of answers "
+    "file",
+    "FILE",
+    "The mechanism in TOML or JSON: hard points, joints, links, drives; a file of answers "
     "of the collection spatial-guidance (`find --save`); or a template: "
     f"{', '.join(sorted(file.stem for file in TEMPLATES.glob('*.toml')))}.",
-)  # fmt: skip
+)
 POINTS = option(
     "--points",
     "FILE",
@@ -45,9 +47,12 @@ ANSWER = option("--answer", "N", "Which of the guided bodies in a file of answer
 BOTH = switch("--both", "Mirror the wheel at the middle plane: both wheels of the axle.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
 DRIVES = several(
-    "--drive", "NAME[=VALUES]", "What drives, by its name in the file; with values FROM:TO:STEPS or V,V,... "
-    "[unit of the file, or degrees] it may be repeated: all combinations are printed.", required=True,
-)  # fmt: skip
+    "--drive",
+    "NAME[=VALUES]",
+    "What drives, by its name in the file; with values FROM:TO:STEPS or V,V,... "
+    "[unit of the file, or degrees] it may be repeated: all combinations are printed.",
+    required=True,
+)
 HOLD = several("--hold", "NAME", "What keeps its value, if there is more than one freedom; may be repeated.")
 HELD = several(
     "--hold", "NAME[=VALUE]", "What keeps its value, that of the design pose or the one given; may be repeated."
@@ -180,9 +185,12 @@ def _held(name: str, given: str) -> float:
 
 
 def _moved(
-    job: Job, drives: Sequence[tuple[str, str]], hold: Sequence[str], way: tuple[float | None, float | None, int],
+    job: Job,
+    drives: Sequence[tuple[str, str]],
+    hold: Sequence[str],
+    way: tuple[float | None, float | None, int],
     path: bool,
-) -> tuple[Motion, str]:  # fmt: skip
+) -> tuple[Motion, str]:
     """Sweep the drives, or follow the circuit of one; tell where and why it ends."""
     import numpy as np
 

@@ -18,9 +18,17 @@ from .newton import LAST, newton_step
 
 #: Steps of mechanisms of joints: cubics between nodes lead Newton's method to any pose.
 LIMITS = Limits(
-    aim=2e-3, refused=1e-2, first=0.1, longest=0.8, shortest=1e-7, contraction=0.2, at_branch=1e-5, bow=0.02,
-    turn=float(np.cos(0.7)), last=LAST,
-)  # fmt: skip
+    aim=2e-3,
+    refused=1e-2,
+    first=0.1,
+    longest=0.8,
+    shortest=1e-7,
+    contraction=0.2,
+    at_branch=1e-5,
+    bow=0.02,
+    turn=float(np.cos(0.7)),
+    last=LAST,
+)
 #: Least divisor.
 TINY = 1e-9
 #: Fourth power of the least ratio of a step to the next, 1 / 2.
@@ -43,9 +51,14 @@ class March:
     """
 
     def __init__(
-        self, curve: Curve, y: Array, tangent: Array, at: tuple[Array, ...] | None = None,
-        limits: Limits | None = None, first: Array | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        curve: Curve,
+        y: Array,
+        tangent: Array,
+        at: tuple[Array, ...] | None = None,
+        limits: Limits | None = None,
+        first: Array | None = None,
+    ) -> None:
         f, j, drive, by = at or curve(y)
         self.curve, self.who, self.limits = curve, np.arange(len(y)), limits or LIMITS
         rate, length = curve.lifted(y, tangent), self.limits.first

@@ -82,10 +82,16 @@ class Scene:
 
     def __post_init__(self) -> None:
         parts = [
-            *(x.ends for x in self.links), *(x.points for x in self.bodies), *(x.points for x in self.axes),
-            *(x.rods for x in self.bodies), self.balls, self.fixed, *(v for _, v in (*self.curves, *self.patches)),
-            *self.rings, *self.paths.values(),
-        ]  # fmt: skip
+            *(x.ends for x in self.links),
+            *(x.points for x in self.bodies),
+            *(x.points for x in self.axes),
+            *(x.rods for x in self.bodies),
+            self.balls,
+            self.fixed,
+            *(v for _, v in (*self.curves, *self.patches)),
+            *self.rings,
+            *self.paths.values(),
+        ]
         every = np.concatenate([np.zeros((0, 3)), *(np.reshape(v, (-1, 3)) for v in parts)])
         object.__setattr__(self, "places", every[np.isfinite(every).all(1)])
 

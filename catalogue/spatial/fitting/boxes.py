@@ -18,9 +18,13 @@ from ..jointed.system import System
 
 #: Fields of elements that are hard points.
 FIELDS: dict[type, tuple[str, ...]] = {
-    Link: ("from_", "to"), Spherical: ("at",), Revolute: ("at", "to"), Cylindrical: ("at", "to"), OnGuide: ("at",),
+    Link: ("from_", "to"),
+    Spherical: ("at",),
+    Revolute: ("at", "to"),
+    Cylindrical: ("at", "to"),
+    OnGuide: ("at",),
     Universal: ("at",),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,9 +72,11 @@ class Variables:
         self.mechanism = mechanism
         titles = mechanism.system().labelled
         self.where = [
-            (i, field) for i, x in enumerate(mechanism.elements) for field in FIELDS.get(type(x), ())
+            (i, field)
+            for i, x in enumerate(mechanism.elements)
+            for field in FIELDS.get(type(x), ())
             if getattr(x, field) is not None
-        ]  # fmt: skip
+        ]
         self.labels = tuple(f"{titles[i]}.{field.rstrip('_')}" for i, field in self.where)
         given = [
             numbers(getattr(mechanism.elements[i], field), label)

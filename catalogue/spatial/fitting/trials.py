@@ -183,9 +183,14 @@ class Trials:
         s = stack.states.shape[1] // len(u)
         here = slice(i * s, (i + 1) * s)
         return Motion(
-            self.variables.moved(u[i : i + 1]), stack.curve.take(np.array([i * s])), stack.driven, stack.held,
-            stack.drive[here], stack.states[:, here], ((None, None),),
-        )  # fmt: skip
+            self.variables.moved(u[i : i + 1]),
+            stack.curve.take(np.array([i * s])),
+            stack.driven,
+            stack.held,
+            stack.drive[here],
+            stack.states[:, here],
+            ((None, None),),
+        )
 
 
 def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
@@ -193,9 +198,14 @@ def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
     if len(motion.states) == 1:
         return motion
     return Motion(
-        mechanism, motion.curve.take(np.array([i])), motion.driven, motion.held, motion.drive,
-        motion.states[i : i + 1], motion.ends[i : i + 1],
-    )  # fmt: skip
+        mechanism,
+        motion.curve.take(np.array([i])),
+        motion.driven,
+        motion.held,
+        motion.drive,
+        motion.states[i : i + 1],
+        motion.ends[i : i + 1],
+    )
 
 
 def _sides(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:

@@ -31,10 +31,22 @@ from .surfaces import (
 KINDS: dict[str, Kind] = {
     kind.name: kind
     for kind in (
-        Cylinder(), Cone(), Hyperboloid(), HyperboloidSinh(), HyperboloidAxial(), HyperboloidRuled(), Torus(),
-        Sphere(), SphereZ(), Plane(), PlaneCartesian(), Circle(), Helix(), Line(),
+        Cylinder(),
+        Cone(),
+        Hyperboloid(),
+        HyperboloidSinh(),
+        HyperboloidAxial(),
+        HyperboloidRuled(),
+        Torus(),
+        Sphere(),
+        SphereZ(),
+        Plane(),
+        PlaneCartesian(),
+        Circle(),
+        Helix(),
+        Line(),
     )
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)

@@ -76,19 +76,29 @@ def _made(mechanisms: Mechanisms) -> Fast | None:
     for j, d in enumerate(system.driven):
         for kind, where, _ in mechanisms.guides[d.slot.point].each():
             smooth[where, j] = kind.smooth is not None and d.driver[1] is None
-    driven = [(d.slot.point, -1 if d.column is None else d.column, *(-1 if k is None else k for k in d.driver))
-              for d in system.driven]  # fmt: skip
+    driven = [
+        (d.slot.point, -1 if d.column is None else d.column, *(-1 if k is None else k for k in d.driver))
+        for d in system.driven
+    ]
     bodies = k.Bodies(
-        _own(system.arms.T), _own(system.frames.transpose(3, 2, 0, 1)), _own(system.origins.T),
+        _own(system.arms.T),
+        _own(system.frames.transpose(3, 2, 0, 1)),
+        _own(system.origins.T),
         np.stack([numbers(g.kinds, g.which) for g in mechanisms.guides], axis=1),
         np.stack([numbers(d.slot.kinds, d.slot.which) for d in system.driven], axis=1),
-        shapes, _own(system.quadrics.T), _own(system.reach),
-    )  # fmt: skip
+        shapes,
+        _own(system.quadrics.T),
+        _own(system.reach),
+    )
     base = system.driven[0].slot.point
     scales = k.Scales(
-        _own(system.unit), _own(system.centre.T), _own(system.unit / mechanisms.diameter),
-        _own(mechanisms.body[:, base]), units, smooth,
-    )  # fmt: skip
+        _own(system.unit),
+        _own(system.centre.T),
+        _own(system.unit / mechanisms.diameter),
+        _own(mechanisms.body[:, base]),
+        units,
+        smooth,
+    )
     plan = k.plan(system.points, driven, system.free)
     return Fast(k, plan, bodies, scales, k.work(plan, p, mechanisms.freedom), driver_units(mechanisms))
 

@@ -133,9 +133,18 @@ def _measured(
         compiled.measured(fast, nodes, states, reached, [*blank, good])
     flat, (quaternion, shift, points, coordinates, residual, condition) = states.reshape(many, -1).T, blank
     found = Positions(
-        nodes.reshape(many, -1).copy(), quaternion, shift, points, coordinates, good, residual, condition, reason,
-        there.astype(int), flat,
-    )  # fmt: skip
+        nodes.reshape(many, -1).copy(),
+        quaternion,
+        shift,
+        points,
+        coordinates,
+        good,
+        residual,
+        condition,
+        reason,
+        there.astype(int),
+        flat,
+    )
     left = np.flatnonzero(there & ~good)
     for low in range(0, len(left), MEASURED):
         index = left[low : low + MEASURED]

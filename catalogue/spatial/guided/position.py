@@ -183,9 +183,18 @@ def reported(
     base = system.driven[0].slot.point
     translation = points[:, base] - np.einsum("ijn,nj->ni", rotation, mechanisms.body[:, base])
     return Positions(
-        values, state[:4].T.copy(), translation, points, coordinates, reason == OK, residual, kappa, reason,
-        evaluations, state,
-    )  # fmt: skip
+        values,
+        state[:4].T.copy(),
+        translation,
+        points,
+        coordinates,
+        reason == OK,
+        residual,
+        kappa,
+        reason,
+        evaluations,
+        state,
+    )
 
 
 def _stationary(now: Equations) -> Array:

@@ -20,9 +20,18 @@ TURNING = "turning point"
 DOUBTFUL = "doubtful"
 #: Steps of bodies on guides, whose surfaces may bend where joints only turn.
 LIMITS = Limits(
-    aim=2e-3, refused=1e-2, first=0.125, longest=0.5, shortest=1e-8, contraction=0.2, at_branch=1e-5, bow=0.004,
-    turn=float(np.cos(0.18)), last=LAST, margin=0.05,
-)  # fmt: skip
+    aim=2e-3,
+    refused=1e-2,
+    first=0.125,
+    longest=0.5,
+    shortest=1e-8,
+    contraction=0.2,
+    at_branch=1e-5,
+    bow=0.004,
+    turn=float(np.cos(0.18)),
+    last=LAST,
+    margin=0.05,
+)
 #: Corrections of a pose to which a single step leads; the first also at most a tenth of the step.
 ACCURACY = Accuracy(LAST, near=1e-2, enough=1e-6)
 

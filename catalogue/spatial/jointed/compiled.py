@@ -37,18 +37,26 @@ def plan(system: System) -> Any:
     if k is None or system.guides or any(p.guide for p in system.placed):
         return None
     joints = [
-        (p.joint_kind, *one) for p in system.placed
+        (p.joint_kind, *one)
+        for p in system.placed
         for one in zip(p.bodies, p.on, p.unknown, p.number, p.point, p.direction, strict=True)
-    ]  # fmt: skip
+    ]
     lead = [v for p in system.placed for v in p.lead or (0.0,) * len(p.bodies)]
     scalars, moves, weights, stated = _scalars(system)
     held = system.rows + stated[:-1]
     whole = (system.ends, system.vectors, system.distances, system.offsets, system.angles, system.idle)
     return k.Plan(
-        np.array(joints, np.int64), np.array(lead), *(np.ascontiguousarray(v, np.int64) for v in whole),
-        np.concatenate([system.moves[: system.rows], moves]), scalars, np.array(weights),
-        np.concatenate([system.use, held]).astype(np.int64), system.redundant, system.rows + stated, system.weight,
-    )  # fmt: skip
+        np.array(joints, np.int64),
+        np.array(lead),
+        *(np.ascontiguousarray(v, np.int64) for v in whole),
+        np.concatenate([system.moves[: system.rows], moves]),
+        scalars,
+        np.array(weights),
+        np.concatenate([system.use, held]).astype(np.int64),
+        system.redundant,
+        system.rows + stated,
+        system.weight,
+    )
 
 
 def fast(system: System) -> Fast | None:
@@ -158,9 +166,15 @@ def swept(
     k, plan, geometry, work = fast
     n, s, numbers = len(target), len(goal), start[1].shape[1]
     sweep = k.Sweep(
-        k.Nodes(*map(plain, start)), plain(sign), plain(target), goal, np.empty((n, s, numbers)),
-        np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
-    )  # fmt: skip
+        k.Nodes(*map(plain, start)),
+        plain(sign),
+        plain(target),
+        goal,
+        np.empty((n, s, numbers)),
+        np.zeros((n, s), np.int64),
+        np.empty((n, 2)),
+        np.empty((n, 2), np.int64),
+    )
     call(k.swept, plan, geometry, work, plain(held), sweep, k.nodes(plan.moves.shape[1], most + 2, numbers), *constants)
     sweep.states[sweep.found != 1] = np.nan
     return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)

@@ -79,14 +79,31 @@ class Formulation:
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points.points], axis=1)
         points = (points - self.centre) / self.unit
         return System(
-            tuple(self.tree.bodies), points, directions(self.points.directions, points), grouped(self.placed),
-            moves.shape[1], sum(NUMBERS[p.joint_kind] for p in self.placed), _columns(self.points.ends),
-            _columns(self.points.vectors), _parts(self.loops.distances, 2), _parts(self.loops.offsets, 3),
-            _parts(self.loops.angles, 2), guides, _parts(idle, 1), moves, rows, scalars,
-            np.arange(rows), self.centre, self.unit, tuple(c.name for c in conditions),
+            tuple(self.tree.bodies),
+            points,
+            directions(self.points.directions, points),
+            grouped(self.placed),
+            moves.shape[1],
+            sum(NUMBERS[p.joint_kind] for p in self.placed),
+            _columns(self.points.ends),
+            _columns(self.points.vectors),
+            _parts(self.loops.distances, 2),
+            _parts(self.loops.offsets, 3),
+            _parts(self.loops.angles, 2),
+            guides,
+            _parts(idle, 1),
+            moves,
+            rows,
+            scalars,
+            np.arange(rows),
+            self.centre,
+            self.unit,
+            tuple(c.name for c in conditions),
             np.array(self.loops.facing, int).reshape(-1, 2).T,
-            tuple(self.points.directions), tuple(self.points.labels), tuple(label(x) for x in self.elements),
-        )  # fmt: skip
+            tuple(self.points.directions),
+            tuple(self.points.labels),
+            tuple(label(x) for x in self.elements),
+        )
 
     def place(self) -> None:
         """Put all bodies on what carries them, and number unknowns and the numbers of the state."""

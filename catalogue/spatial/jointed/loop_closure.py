@@ -17,8 +17,11 @@ from .spanning_tree import SpanningTree
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it,
 #: and turns.
 CLOSING: dict[type, tuple[str, str]] = {
-    e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq"), e.Fixed: ("apq", "pqa"),
-}  # fmt: skip
+    e.Revolute: ("apq", "pq"),
+    e.Prismatic: ("pq", "pqa"),
+    e.Cylindrical: ("pq", "pq"),
+    e.Fixed: ("apq", "pqa"),
+}
 
 
 class Condition(NamedTuple):

@@ -159,9 +159,12 @@ class Mechanism:
         return Curve(system, system.evaluate(y)[1][:, :-1] if held else np.zeros((len(y), 0))), y, held
 
     def sweep(
-        self, drive: Any, values: Any = None, hold: Sequence[Scalar] | Mapping[Scalar, float | None] = (),
+        self,
+        drive: Any,
+        values: Any = None,
+        hold: Sequence[Scalar] | Mapping[Scalar, float | None] = (),
         grid: bool = False,
-    ) -> Motion:  # fmt: skip
+    ) -> Motion:
         """Move the mechanism by drives, from the design pose, on its assembly.
 
         Parameters

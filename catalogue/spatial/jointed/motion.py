@@ -432,10 +432,14 @@ class Motion:
         raise InvalidRequest(f"{body} hangs on no joint with a coordinate {index}")
 
     def plot(
-        self, file: str | Path | None = None, wheel: Wheel | Sequence[Wheel] | None = None,
-        points: Mapping[str, tuple[str, Any]] | None = None, labels: bool = True, title: str = "",
+        self,
+        file: str | Path | None = None,
+        wheel: Wheel | Sequence[Wheel] | None = None,
+        points: Mapping[str, tuple[str, Any]] | None = None,
+        labels: bool = True,
+        title: str = "",
         springs: Mapping[str, Length] | None = None,
-    ) -> Figure:  # fmt: skip
+    ) -> Figure:
         """Draw the mechanism in the pose nearest to the design pose, ends as ghosts.
 
         Parameters

@@ -123,11 +123,23 @@ def scene(
     curves, patches = _guides(mechanism, poses, size)
     curves += [(name, _coil(poses, spring, LOOK.coil * size)) for name, spring in (springs or {}).items()]
     return seen.Scene(
-        [seen.Link(x.name, np.stack([poses.point(x.a, x.from_), poses.point(x.b, x.to)], axis=1))
-         for x in mechanism.elements if isinstance(x, e.Link)],
-        bodies, _axes(mechanism, poses, bodies, size), balls, fixed, curves, patches, rings, paths,
-        title or _title(mechanism), _note(motion), mechanism.unit,
-    )  # fmt: skip
+        [
+            seen.Link(x.name, np.stack([poses.point(x.a, x.from_), poses.point(x.b, x.to)], axis=1))
+            for x in mechanism.elements
+            if isinstance(x, e.Link)
+        ],
+        bodies,
+        _axes(mechanism, poses, bodies, size),
+        balls,
+        fixed,
+        curves,
+        patches,
+        rings,
+        paths,
+        title or _title(mechanism),
+        _note(motion),
+        mechanism.unit,
+    )
 
 
 def _along(motion: Motion, drawn: int) -> Array:

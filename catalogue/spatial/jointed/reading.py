@@ -42,13 +42,25 @@ from .statics import Load
 from .vehicle import Vehicle
 
 ELEMENTS: dict[str, type] = {
-    "link": e.Link, "revolute": e.Revolute, "screw": e.Screw, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
-    "spherical": e.Spherical, "guide": e.OnGuide, "angle": e.KeepAngle, "universal": e.Universal, "fixed": e.Fixed,
-}  # fmt: skip
+    "link": e.Link,
+    "revolute": e.Revolute,
+    "screw": e.Screw,
+    "prismatic": e.Prismatic,
+    "cylindrical": e.Cylindrical,
+    "spherical": e.Spherical,
+    "guide": e.OnGuide,
+    "angle": e.KeepAngle,
+    "universal": e.Universal,
+    "fixed": e.Fixed,
+}
 SCALARS: dict[str, type] = {
-    "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
+    "joint": e.Joint,
+    "travel": e.Travel,
+    "length": e.Length,
+    "angle": e.Angle,
+    "guide": e.GuideCoordinate,
     "sum": e.Sum,
-}  # fmt: skip
+}
 OTHERS = (
     "unit",
     "axes",
@@ -159,9 +171,17 @@ def _job(given: dict[str, Any], file: str) -> Job:
         }
         readings.append(Reading(words["name"], scalar, words["wheel"]))
     return Job(
-        mechanism, drives, points, wheels, table_in(given, "transmission", file), given, title, tuple(readings),
-        vehicle=_made(Vehicle, vehicle, f"{file}: vehicle") if vehicle else None, loads=loads,
-    )  # fmt: skip
+        mechanism,
+        drives,
+        points,
+        wheels,
+        table_in(given, "transmission", file),
+        given,
+        title,
+        tuple(readings),
+        vehicle=_made(Vehicle, vehicle, f"{file}: vehicle") if vehicle else None,
+        loads=loads,
+    )
 
 
 def _wheel_tables(given: Mapping[str, Any], file: str) -> list[dict[str, Any]]:

@@ -27,7 +27,7 @@ STYLE = (
     "body{font:14px/1.45 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#20262c}div{overflow-x:auto}"
     "img{width:100%}table{border-collapse:collapse;font-size:12px}"
     "td,th{padding:.15em .6em;border-bottom:1px solid #ccc}"
-)  # fmt: skip
+)
 
 
 def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Sequence[str] = ()) -> None:
@@ -59,7 +59,7 @@ def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Seq
         element("p", f"{len(motion.drive)} positions; lengths in {job.mechanism.unit}{axes}."),
         *(element("p", note) for note in notes),
         _picture(job.plot(motion), "mechanism"),
-    ]  # fmt: skip
+    ]
     if not motion.others:
         curves = table[[name for name in table if not str(name).startswith(("screw axis", "pitch", "drive"))]]
         drawn = [motion.plot_curves(curves.iloc[:, k : k + MOST]) for k in range(0, curves.shape[1], MOST)]

@@ -79,10 +79,18 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     held = np.moveaxis(points, 0, 1)[:, :, :-1]
     ends = ((None, None),) * n
     return Motion(
-        mechanism, Curve(system, held[:, 0]), drives.scalars[-1], drives.held, path[:, -1], states, ends,
-        others=drives.scalars[:-1], other_values=path[:, :-1], held_values=held,
+        mechanism,
+        Curve(system, held[:, 0]),
+        drives.scalars[-1],
+        drives.held,
+        path[:, -1],
+        states,
+        ends,
+        others=drives.scalars[:-1],
+        other_values=path[:, :-1],
+        held_values=held,
         stops=tuple(map(tuple, stops)),
-    )  # fmt: skip
+    )
 
 
 def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], coupled: int) -> None:

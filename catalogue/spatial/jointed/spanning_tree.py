@@ -90,10 +90,15 @@ def grouped(placed: Sequence[Placed]) -> tuple[Placed, ...]:
         last = out[-1] if out else None
         if last and p.joint_kind == last.joint_kind and not p.guide and not any(p.on + last.on):
             out[-1] = Placed(
-                p.joint_kind, last.bodies + p.bodies, last.on + p.on, last.unknown + p.unknown, last.number + p.number,
-                last.point + p.point, last.direction + p.direction,
+                p.joint_kind,
+                last.bodies + p.bodies,
+                last.on + p.on,
+                last.unknown + p.unknown,
+                last.number + p.number,
+                last.point + p.point,
+                last.direction + p.direction,
                 lead=(*_leads(last), *_leads(p)) if last.lead or p.lead else (),
-            )  # fmt: skip
+            )
         else:
             out.append(p)
     return tuple(out)

@@ -1,5 +1,4 @@
-"""Step along a curve of compiled poses to a drive value or dead point; poses
-between.
+"""Step along a curve of compiled poses to a drive value or dead point; poses between.
 
 A plan has, besides, `keep`: the rows of the conditions; `redundant`: whether some are implied by
 others; `scalars`, of which the last column of the last says whether the drive is known but for
@@ -9,10 +8,11 @@ whole turns; `weight`: of the numbers of a rate of length 1; `idle`: what spins 
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...kinematics.types import Floats
 from ..continuation import curve as formulas
 from .compiling import NOUGHT, ONE, compiled, inlined
 from .elimination import substitute
@@ -33,12 +33,12 @@ REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR, EDGE, DOUBTFUL = range(8)
 class Nodes(NamedTuple):
     """Room for nodes of a curve."""
 
-    s: Any
-    y: Any
-    rate: Any
-    drive: Any
-    slope: Any
-    tangent: Any
+    s: Floats
+    y: Floats
+    rate: Floats
+    drive: Floats
+    slope: Floats
+    tangent: Floats
 
 
 def nodes(unknowns: int, most: int, numbers: int) -> Nodes:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....kinematics.types import Floats, Integers
 from ...native import equations
 from ...native.compiling import compiled, inlined
 from .guides import HALF, HELIX, TORUS, chart, function
@@ -18,13 +19,13 @@ from .guides import HALF, HELIX, TORUS, chart, function
 class Plan(NamedTuple):
     """What all bodies of a batch have in common; the last five as `native.curve` has them."""
 
-    points: Any  # (rows,): point of each equation of an undriven point
-    driven: Any  # (d, 4): point, column of its free coordinate, drivers of u and of w; -1 for none
-    keep: Any
-    redundant: Any
-    scalars: Any
-    weight: Any
-    idle: Any
+    points: Integers  # (rows,): point of each equation of an undriven point
+    driven: Integers  # (d, 4): point, column of its free coordinate, drivers of u and of w; -1 for none
+    keep: Integers
+    redundant: bool
+    scalars: Integers
+    weight: Floats
+    idle: Integers
 
 
 def plan(points: Any, driven: Any, free: int) -> Plan:
@@ -37,42 +38,42 @@ def plan(points: Any, driven: Any, free: int) -> Plan:
 class Bodies(NamedTuple):
     """Bodies and their guides in units, the first axis theirs."""
 
-    arms: Any  # (n, p, 3)
-    frames: Any  # (n, p, 3, 3)
-    origins: Any  # (n, p, 3)
-    kinds: Any  # (n, p): numbers
-    charts: Any  # (n, d): of the driven points, regular where w is free
-    shapes: Any  # (n, p, 2)
-    quadrics: Any  # (n, rows, 7)
-    reach: Any  # (n,)
+    arms: Floats  # (n, p, 3)
+    frames: Floats  # (n, p, 3, 3)
+    origins: Floats  # (n, p, 3)
+    kinds: Integers  # (n, p): numbers
+    charts: Integers  # (n, d): of the driven points, regular where w is free
+    shapes: Floats  # (n, p, 2)
+    quadrics: Floats  # (n, rows, 7)
+    reach: Floats  # (n,)
 
 
 class Work(NamedTuple):
     """What an evaluation and a step leave behind; m equations, k drivers, f free coordinates."""
 
-    rotation: Any  # (3, 3)
-    arms: Any  # (p, 3): from the base, in the world
-    places: Any  # (d, 3): driven points
-    tangents: Any  # (d, 2, 3): X_u, X_w
-    drivers: Any  # (m, k)
-    metric: Any  # (f,): arcs per free coordinate
-    travel: Any  # (k,): and per driver
-    q: Any  # (k,)
-    q0: Any  # (k,)
-    q1: Any  # (k,)
-    inverse: Any  # (m, 2 m): Jacobian and unit matrix, on the way
-    value: Any  # (m + 1,): y last
-    jacobian: Any  # (m + 1, m + 1)
-    matrix: Any  # (m + 1, m + 1): factored
-    interchanged: Any  # (m + 1,): with which row each was
-    step: Any  # (m + 1,)
-    along: Any  # (m + 1,)
-    tangent: Any  # (m + 1,)
-    y: Any  # (5 + f,)
-    rate: Any  # (5 + f,)
-    off: Any  # (5 + f,)
-    rows: Any  # as `keep`
-    left: Any  # none
+    rotation: Floats  # (3, 3)
+    arms: Floats  # (p, 3): from the base, in the world
+    places: Floats  # (d, 3): driven points
+    tangents: Floats  # (d, 2, 3): X_u, X_w
+    drivers: Floats  # (m, k)
+    metric: Floats  # (f,): arcs per free coordinate
+    travel: Floats  # (k,): and per driver
+    q: Floats  # (k,)
+    q0: Floats  # (k,)
+    q1: Floats  # (k,)
+    inverse: Floats  # (m, 2 m): Jacobian and unit matrix, on the way
+    value: Floats  # (m + 1,): y last
+    jacobian: Floats  # (m + 1, m + 1)
+    matrix: Floats  # (m + 1, m + 1): factored
+    interchanged: Integers  # (m + 1,): with which row each was
+    step: Floats  # (m + 1,)
+    along: Floats  # (m + 1,)
+    tangent: Floats  # (m + 1,)
+    y: Floats  # (5 + f,)
+    rate: Floats  # (5 + f,)
+    off: Floats  # (5 + f,)
+    rows: Integers  # as `keep`
+    left: Floats  # none
 
 
 @inlined
@@ -117,9 +118,12 @@ def put(plan, b, i, y, q, w):
         a, column, one, other = plan.driven[d, 0], plan.driven[d, 1], plan.driven[d, 2], plan.driven[d, 3]
         free = y[column + 1] if column >= 0 else 0.0
         x, s, t = chart(
-            b.charts[i, d], q[one] if one >= 0 else free, q[other] if other >= 0 else free,
-            b.shapes[i, a, 0], b.shapes[i, a, 1],
-        )  # fmt: skip
+            b.charts[i, d],
+            q[one] if one >= 0 else free,
+            q[other] if other >= 0 else free,
+            b.shapes[i, a, 0],
+            b.shapes[i, a, 1],
+        )
         r = b.frames[i, a]
         x0, x1, x2 = turned(r, x[0], x[1], x[2])
         w.places[d, 0], w.places[d, 1], w.places[d, 2] = (
@@ -299,9 +303,30 @@ def work(plan: Plan, points: int, drivers: int) -> Work:
     d, m = len(plan.driven), len(plan.keep)
     n, y = m + 1, len(plan.weight)
     shapes = (
-        (3, 3), (points, 3), (d, 3), (d, 2, 3), (m, drivers), (m - 3,), (drivers,), (drivers,), (drivers,), (drivers,),
-        (m, 2 * m), (n,), (n, n), (n, n), (n,), (n,), (n,), (n,), (y,), (y,), (y,), (m,), (0, 0),
-    )  # fmt: skip
+        (3, 3),
+        (points, 3),
+        (d, 3),
+        (d, 2, 3),
+        (m, drivers),
+        (m - 3,),
+        (drivers,),
+        (drivers,),
+        (drivers,),
+        (drivers,),
+        (m, 2 * m),
+        (n,),
+        (n, n),
+        (n, n),
+        (n,),
+        (n,),
+        (n,),
+        (n,),
+        (y,),
+        (y,),
+        (y,),
+        (m,),
+        (0, 0),
+    )
     made = Work._make(np.zeros(shape) for shape in shapes)
     made.jacobian[m, m] = 1.0
     return made._replace(interchanged=np.zeros(n, np.int64), rows=plan.keep.copy())

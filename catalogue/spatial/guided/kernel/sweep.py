@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from math import isfinite, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
+from ....kinematics.types import Floats, Integers, Mask
 from ...continuation.newton import Accuracy
 from ...native.compiling import NOUGHT, ONE, compiled, inlined, kept
 from ...native.curve import (
@@ -31,36 +32,36 @@ from .pose import at_drivers, by_y, distance, lifted, local, off_edge, turned
 class Ways(NamedTuple):
     """Requests and answers of n bodies."""
 
-    path: Any  # (n, s, k): values of the drivers in units
-    stop: Any  # (n, s): corners at first
-    states: Any  # (n, s, 4 + f): the first is where each begins
-    reached: Any  # (n,): how many nodes; 0 for a body that does not begin
-    why: Any  # (n,): why not more
-    end: Any  # (n,): where the motion ends, in nodes from the first
-    steps: Any  # (n,)
+    path: Floats  # (n, s, k): values of the drivers in units
+    stop: Integers  # (n, s): corners at first
+    states: Floats  # (n, s, 4 + f): the first is where each begins
+    reached: Integers  # (n,): how many nodes; 0 for a body that does not begin
+    why: Integers  # (n,): why not more
+    end: Floats  # (n,): where the motion ends, in nodes from the first
+    steps: Integers  # (n,)
 
 
 class Scales(NamedTuple):
     """Factors from units to given lengths, bodies first."""
 
-    unit: Any  # (n,)
-    centre: Any  # (n, 3)
-    ratio: Any  # (n,): unit / diameter
-    base: Any  # (n, 3): of the body, as given
-    coordinates: Any  # (n, p, 2): units of u and w
-    smooth: Any  # (n, d): whether w is free in another chart than the guide's
+    unit: Floats  # (n,)
+    centre: Floats  # (n, 3)
+    ratio: Floats  # (n,): unit / diameter
+    base: Floats  # (n, 3): of the body, as given
+    coordinates: Floats  # (n, p, 2): units of u and w
+    smooth: Mask  # (n, d): whether w is free in another chart than the guide's
 
 
 class Measured(NamedTuple):
     """What is measured of each position, n times s of them."""
 
-    quaternion: Any
-    translation: Any
-    points: Any
-    coordinates: Any
-    residual: Any
-    condition: Any
-    good: Any  # whether there is nothing to say of it
+    quaternion: Floats
+    translation: Floats
+    points: Floats
+    coordinates: Floats
+    residual: Floats
+    condition: Floats
+    good: Mask  # whether there is nothing to say of it
 
 
 @kept

@@ -11,6 +11,20 @@ from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, Geometry, Plan, work
 from .sweep import Sweep, evaluated, rated, solved, steps, swept
 
 __all__ = [
-    "CYLINDRICAL", "FREE", "PRISMATIC", "REVOLUTE", "SINGULAR", "Geometry", "Nodes", "Plan", "Sweep", "evaluated",
-    "nodes", "rated", "solved", "steps", "swept", "work",
-]  # fmt: skip
+    "CYLINDRICAL",
+    "FREE",
+    "PRISMATIC",
+    "REVOLUTE",
+    "SINGULAR",
+    "Geometry",
+    "Nodes",
+    "Plan",
+    "Sweep",
+    "evaluated",
+    "nodes",
+    "rated",
+    "solved",
+    "steps",
+    "swept",
+    "work",
+]

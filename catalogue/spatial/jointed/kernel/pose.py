@@ -5,10 +5,11 @@ of that.
 from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....kinematics.types import Floats, Integers
 from ...native import equations
 from ...native.compiling import compiled
 
@@ -23,55 +24,55 @@ UNKNOWN, TRAVEL, LENGTH, ANGLE, SUM = range(5)
 class Plan(NamedTuple):
     """A system but for its geometry: joints by rows of integers, rows of conditions, scalars."""
 
-    joints: Any  # (joints, 7): kind, body, body it hangs on, unknown, number, point, direction
-    lead: Any  # (joints,)
-    ends: Any  # (2, e): body, point
-    vectors: Any  # (2, v): body, direction
-    distances: Any
-    offsets: Any
-    angles: Any
-    idle: Any
-    moves: Any  # (rows and scalars, unknowns)
-    scalars: Any  # (scalars, 5): kind, its integers, and whether its value is known but for whole turns
-    weights: Any  # of the parts of sums
-    keep: Any  # rows of the conditions of the curve: those in use, and of what is held
-    redundant: Any  # whether some conditions are implied by others
-    stated: Any  # rows of what is held and drives, without the parts of sums
-    weight: Any  # (numbers,)
+    joints: Integers  # (joints, 7): kind, body, body it hangs on, unknown, number, point, direction
+    lead: Floats  # (joints,)
+    ends: Integers  # (2, e): body, point
+    vectors: Integers  # (2, v): body, direction
+    distances: Integers
+    offsets: Integers
+    angles: Integers
+    idle: Integers
+    moves: Floats  # (rows and scalars, unknowns)
+    scalars: Integers  # (scalars, 5): kind, its integers, and whether its value is known but for whole turns
+    weights: Floats  # of the parts of sums
+    keep: Integers  # rows of the conditions of the curve: those in use, and of what is held
+    redundant: bool  # whether some conditions are implied by others
+    stated: Integers  # rows of what is held and drives, without the parts of sums
+    weight: Floats  # (numbers,)
 
 
 class Geometry(NamedTuple):
     """Hard points, directions and constants of a batch of mechanisms, the first axis theirs."""
 
-    points: Any
-    directions: Any
-    lengths: Any
-    components: Any
-    cosines: Any
+    points: Floats
+    directions: Floats
+    lengths: Floats
+    components: Floats
+    cosines: Floats
 
 
 class Work(NamedTuple):
     """What an evaluation and a step leave behind."""
 
-    rotation: Any  # (bodies, 3, 3)
-    shift: Any  # (bodies, 3)
-    axis: Any  # (joints, 3): axes, where they are
-    arm: Any  # (joints, 3): velocity of the origin about an axis; of a free body where its point is
-    ends: Any  # (e, 3)
-    vectors: Any  # (v, 3)
-    wrench: Any  # (rows and scalars, 6)
-    value: Any  # (rows and scalars,)
-    jacobian: Any  # (rows and scalars, unknowns)
-    matrix: Any  # (unknowns, unknowns): factored
-    interchanged: Any  # (unknowns,): rows, on the way
-    step: Any  # (unknowns,)
-    along: Any  # (unknowns,)
-    tangent: Any  # (unknowns,)
-    y: Any  # (numbers,)
-    rate: Any  # (numbers,)
-    off: Any  # (numbers,)
-    rows: Any  # as `keep`, the conditions those that stand for all others where they were selected
-    left: Any  # (conditions, unknowns): of their Jacobian, on the way to `rows`
+    rotation: Floats  # (bodies, 3, 3)
+    shift: Floats  # (bodies, 3)
+    axis: Floats  # (joints, 3): axes, where they are
+    arm: Floats  # (joints, 3): velocity of the origin about an axis; of a free body where its point is
+    ends: Floats  # (e, 3)
+    vectors: Floats  # (v, 3)
+    wrench: Floats  # (rows and scalars, 6)
+    value: Floats  # (rows and scalars,)
+    jacobian: Floats  # (rows and scalars, unknowns)
+    matrix: Floats  # (unknowns, unknowns): factored
+    interchanged: Integers  # (unknowns,): rows, on the way
+    step: Floats  # (unknowns,)
+    along: Floats  # (unknowns,)
+    tangent: Floats  # (unknowns,)
+    y: Floats  # (numbers,)
+    rate: Floats  # (numbers,)
+    off: Floats  # (numbers,)
+    rows: Integers  # as `keep`, the conditions those that stand for all others where they were selected
+    left: Floats  # (conditions, unknowns): of their Jacobian, on the way to `rows`
 
 
 def work(plan: Plan, numbers: int) -> Work:
@@ -80,11 +81,20 @@ def work(plan: Plan, numbers: int) -> Work:
     rotation = np.zeros((bodies, 3, 3))
     rotation[0] = np.eye(3)
     triples = (bodies, bodies, bodies, plan.ends.shape[1], plan.vectors.shape[1])
-    return Work._make([
-        rotation, *(np.zeros((n, 3)) for n in triples), np.zeros((rows, 6)), np.zeros(rows), np.zeros((rows, m)),
-        np.zeros((m, m)), np.zeros(m, np.int64), *(np.zeros(n) for n in (m, m, m, numbers, numbers, numbers)),
-        plan.keep.copy(), np.zeros((rows - len(plan.scalars), m)),
-    ])  # fmt: skip
+    return Work._make(
+        [
+            rotation,
+            *(np.zeros((n, 3)) for n in triples),
+            np.zeros((rows, 6)),
+            np.zeros(rows),
+            np.zeros((rows, m)),
+            np.zeros((m, m)),
+            np.zeros(m, np.int64),
+            *(np.zeros(n) for n in (m, m, m, numbers, numbers, numbers)),
+            plan.keep.copy(),
+            np.zeros((rows - len(plan.scalars), m)),
+        ]
+    )
 
 
 @compiled

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....kinematics.types import Floats, Integers
 from ...native.compiling import ONE, compiled, kept, version
 from ...native.curve import TURNING, Nodes, between, step, toward, up_to_dead_point
 from ...native.elimination import substitute
@@ -39,14 +40,14 @@ class Sweep(NamedTuple):
         Where the drive came to, and why no farther.
     """
 
-    start: Any
-    orientation: Any
-    target: Any
-    goal: Any
-    states: Any
-    found: Any
-    end: Any
-    why: Any
+    start: Floats
+    orientation: Floats
+    target: Floats
+    goal: Floats
+    states: Floats
+    found: Integers
+    end: Floats
+    why: Integers
 
 
 @kept
