@@ -102,7 +102,7 @@ def _joints(shown: ChainPoses) -> Iterator[Body]:
     """Yield the pins, and the guided point, above all bars."""
     structure = shown.structure
     for number, (name, bars) in enumerate(zip(structure.joints, structure.on, strict=True)):
-        label = Label(name, name, is_fixed=structure.frame in bars)
+        label = Label(name, name, name, is_fixed=structure.frame in bars)
         pins = [Joint(f"joint-{name}", JointKind.PIN, 0j)] if len(bars) > 1 else []
         guided = [Joint(f"guided-{name}", JointKind.GUIDED, 0j)] if number == shown.point else []
         first, *more = pins + guided or [Joint(f"point-{name}", JointKind.NAMED, 0j)]

@@ -49,7 +49,12 @@ def _bodies(shown: Poses) -> Iterator[Body]:
         yield Body(names[i], "slide", fixed[:, i], shown.turn, (Block(names[i], 1j * normal),))
     yield from output[1:]
     for i in np.flatnonzero(shown.kinds != PR).tolist():
-        pin = Joint(f"fixed-pivot-{i + 1}", JointKind.PIN, 0j, Label(f"A{'₁₂'[i]}", f"$A_{i + 1}$", is_fixed=True))
+        pin = Joint(
+            f"fixed-pivot-{i + 1}",
+            JointKind.PIN,
+            0j,
+            Label(f"fixed-{i + 1}", f"A{'₁₂'[i]}", f"$A_{i + 1}$", is_fixed=True),
+        )
         yield Body(pin.name, "pins", fixed[:, i], joints=(pin,))
 
 
@@ -65,7 +70,7 @@ def _coupler(shown: Poses) -> Body:
             f"moving-pivot-{i + 1}",
             JointKind.PIN,
             complex(shown.home[i] - origin),
-            Label(f"A{'₁₂'[i]}*", f"$A_{i + 1}^{{*}}$", is_fixed=False),
+            Label(f"moving-{i + 1}", f"A{'₁₂'[i]}*", f"$A_{i + 1}^{{*}}$", is_fixed=False),
         )
         for i in (0, 1)
         if shown.kinds[i] != RP

@@ -94,8 +94,9 @@ class Wheel(NamedTuple):
 
 
 class Label(NamedTuple):
-    """Name of a joint: plain, in matplotlib's notation, and whether it stands still."""
+    """Name of a joint: of its element, plain, in matplotlib's notation, and whether it is fixed."""
 
+    name: str
     text: str
     math: str
     is_fixed: bool

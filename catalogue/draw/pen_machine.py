@@ -34,7 +34,7 @@ def pen_machine(pen: Pen, shown: Machine) -> None:
     for joint, at in shown.joints:
         if joint.label is not None:
             colour = GREY if joint.label.is_fixed else INK
-            pen.name(complex(at[shown.middle]), joint.label.math, f"name-{joint.name}", colour)
+            pen.name(complex(at[shown.middle]), joint.label.math, f"name-{joint.label.name}", colour)
 
 
 def pen_ground(pen: Pen, shown: Machine) -> None:

@@ -208,7 +208,7 @@ def test_it_is_drawn(tmp_path: Path) -> None:
         text = (tmp_path / file).read_text()
         for gid in ("path", "crank", "upper", "joint-E", "ground-O", "guided-foot", "name-foot"):
             assert f'id="{gid}"' in text, gid
-    assert 'id="ghost-1-crank"' in text
+    assert 'id="start-crank"' in text
     again = (tmp_path / "stretch.svg").read_bytes()
     mine.measure(stroke=30)[0].plot(tmp_path / "stretch.svg")
     assert (tmp_path / "stretch.svg").read_bytes() == again
