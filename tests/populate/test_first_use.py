@@ -34,7 +34,7 @@ few = ["I.GG", "I.yy", "II.xy", "II*.xy", "IV.l"]
 filling.plan = lambda database, registry, _, *how: plan(database, registry, few, *how)
 filling.write_batch = slowly
 filling.FILL = filling.FILL._replace(guides=100)
-first_use.FIRST_USE = first_use.FIRST_USE._replace(still=5.0)
+first_use.FIRST_USE = first_use.FIRST_USE._replace(still=10.0)
 catalogue.progress.PATIENCE = 0.1
 with catalogue.open(sys.argv[1]) as cat:
     print(cat.complete, len(cat.guides()))
@@ -69,7 +69,7 @@ def test_several_first_users_at_once_have_the_same_catalogue(tmp_path: Path) -> 
 @pytest.mark.skipif(os.name == "nt", reason="Windows kills otherwise")
 def test_a_first_user_goes_on_with_what_a_killed_one_has_begun(tmp_path: Path) -> None:
     file = tmp_path / "some.db"
-    first = first_user(file, 0.0, 2.0)
+    first = first_user(file, 0.0, 4.0)
     while not has_block(file):
         time.sleep(0.05)
         assert first.poll() is None
