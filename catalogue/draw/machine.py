@@ -166,7 +166,8 @@ class Rail(NamedTuple):
     def drawn(self, point: float) -> Complexes:
         """Return the ends to draw, beside the block, for a length of a point [length]."""
         way = self.ends[1] - self.ends[0]
-        along = way / abs(way) if way else 1j * self.side
+        # a slider that hardly moves has no direction of its own
+        along = 1j * self.side * (-1 if (way * np.conj(1j * self.side)).real < 0 else 1)
         spare = (BLOCK[0] + 7) * along * np.array([-1, 1]) + BLOCK[1] * self.side
         return np.asarray(self.ends + point * spare)
 
@@ -200,8 +201,9 @@ class Machine:
     middle : int
         Index of the pose of a still.
     drive : Drive, optional
-    ghosts : tuple of int
-        Indices of poses that a still shows faintly, by name.
+        None without a driving crank.
+    ghosts : dict of str to int
+        Names of the poses that a still shows faintly, with their indices.
     """
 
     bodies: tuple[Body, ...]

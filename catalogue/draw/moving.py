@@ -93,7 +93,7 @@ def moving_svg(
     Returns
     -------
     Markup
-        A text.  The root has the class ``guide-drawing``; groups have the classes ``frame``
+        A text.  The root has the class ``guide-drawing``; elements have the classes ``frame``
         (bearings, guide lines), ``path``, ``link`` with ``crank``, ``crank driver``, ``coupler``,
         ``slider``, ``slide``, ``output``, and ``layer`` with the layer's name.  Colours are the
         properties ``--guide-paper``, ``--guide-ink``, ``--guide-grey``, ``--guide-faint``,

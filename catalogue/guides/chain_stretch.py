@@ -74,12 +74,6 @@ class ChainStretch(OwnChain):
     def to_dict(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in self.columns()}
 
-    @property
-    def facts(self) -> list[str]:
-        """Facts of the mechanism for its drawing."""
-        measured = f"stroke {self.stroke:.6g}, deviation {self.deviation:.3g}, size {self.size:.4g}"
-        return [*super().facts, measured]
-
     @classmethod
     def of_answer(cls, one: CollectionCandidate, given: Mapping[str, Any], window: tuple[float, float]) -> ChainStretch:
         """Make the stretch of an answer of a collection.

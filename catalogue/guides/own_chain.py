@@ -306,11 +306,6 @@ class OwnChain(CommonVerbs):
         low, high = self.range
         return low, float(self.circuit.phase[0]), high
 
-    @property
-    def facts(self) -> list[str]:
-        """Facts of the mechanism for its drawing."""
-        return [f"{len(self.bars)} bars, {self.drive} drives, {self.point} is guided"]
-
     def to_dict(self) -> dict[str, Any]:
         """Convert the mechanism to plain numbers, lists and strings."""
         return self.given

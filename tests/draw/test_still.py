@@ -18,11 +18,11 @@ from matplotlib.figure import Figure
 import catalogue
 from catalogue.draw import draw
 from catalogue.draw.datasheet_pdf import sheet_figure
-from catalogue.draw.machine import Plate
+from catalogue.draw.machine import Plate, Rail
 from catalogue.draw.poses import still_poses
 from catalogue.draw.still import deviation_along, path_beyond, still
 from catalogue.draw.svg import plate
-from catalogue.draw.symbols import Pen, rounded
+from catalogue.draw.symbols import BLOCK, Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.guides.candidate import Candidate
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
@@ -433,6 +433,14 @@ def test_a_fixed_line_is_hatched_along_all_of_it_and_on_one_side(towards: comple
         )
         np.testing.assert_allclose(np.diff(begin.real), np.diff(begin.real)[0], rtol=1e-9)
         assert (((end - begin) / towards).real > 0).all()
+
+
+@pytest.mark.parametrize("travel", [0.0, 1e-17j, 1e-17, -1e-17])
+def test_the_rail_of_a_slider_that_hardly_moves_runs_along_it(travel: complex) -> None:
+    for turn in np.exp([0, 1j, 3j]):
+        ends = Rail("rail", turn * np.array([0, travel]), 1j * turn).drawn(1.0) / turn
+        np.testing.assert_allclose(np.sort(ends.real), [-(BLOCK[0] + 7), BLOCK[0] + 7], atol=1e-12)
+        np.testing.assert_allclose(ends.imag, BLOCK[1], atol=1e-12)
 
 
 def test_the_line_of_a_slider_lies_on_the_other_side_of_it_than_the_linkage() -> None:
