@@ -1,27 +1,27 @@
 """Refinement on the finite motion: sequential programming with elastic constraints.
 
-Each round linearises the distances from the nominal at Chebyshev points, all constraints and ranked
-measures (`subproblem`), and solves for the steps of least cost within several trust radii (`step`).
-A second step from the end of the best one corrects errors of the linearisation. All trial points
-are placed and measured on their finite motion. A guide may violate constraints on the way, at a
-rising penalty; an answer meets all of them as measured.
+Each round linearises the distances from the nominal, all constraints and ranked measures of the
+guides (`model`), and solves for the steps of least cost within several trust radii (`step`). A
+second step from the end of the best one corrects errors of the linearisation. All trial points are
+measured on their finite motion. A guide may violate constraints on the way, at a rising penalty; an
+answer meets all of them as measured.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Generic, NamedTuple
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, curves, in_best_charts, near_path
-from ..candidates.feasibility import EXACT_DEVIATION, cost, feasibility
+from ..candidates.batch import CandidateBatch
 from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
+from .model import Guides, Model
 from .step import take_step
-from .subproblem import Parametrisation, PivotCoordinates, linearise
+from .subproblem import LinkageModel, Parametrisation, PivotCoordinates
 
 
 class SqpOptions(NamedTuple):
@@ -56,7 +56,7 @@ RADIUS_FACTORS = (0.2, 0.7, 2.5)
 
 
 @dataclass(frozen=True)
-class Trials:
+class Trials(Generic[Guides]):
     """n measured trial points; arrays of shape (n,).
 
     Attributes
@@ -69,7 +69,7 @@ class Trials:
         Cost and violation of the trial; whether it meets all constraints.
     """
 
-    candidates: CandidateBatch
+    guides: Guides
     of: Indices
     factor: Floats
     cost: Floats
@@ -86,24 +86,23 @@ class Trials:
 
 
 @dataclass
-class Refinement:
-    """Candidates (n,) in refinement by `step`; arrays of shape (n,)."""
+class Refinement(Generic[Guides]):
+    """Guides (n,) in refinement by `step`; arrays of shape (n,)."""
 
-    problem: Problem
-    current: CandidateBatch  #: current linkages
-    moves: Parametrisation
-    nominal: Nominal | None
-    best: CandidateBatch  #: the cheapest feasible linkage of each so far, else the one of least violation
-    best_cost: Floats  #: cost of `best`, infinite where no linkage was feasible
+    model: Model[Guides]
+    current: Guides
+    best: Guides  #: the cheapest feasible point of each guide so far, else the one of least violation
+    best_cost: Floats  #: cost of `best`, infinite where no point was feasible
     nearest: Floats  #: least violation so far
-    violation: Floats  #: sum of the violations of the current linkages
+    cost: Floats  #: costs of the current points
+    violation: Floats  #: sums of their violations
     radius: Floats
     penalty: Floats
-    active: Mask  #: candidates that have not converged
+    active: Mask  #: guides that have not converged
     stalled: Array  #: number of rounds without a gain of merit
-    hasty: bool = False  #: whether candidates converge after the first round of little gain
+    hasty: bool = False  #: whether guides converge after the first round of little gain
     rounds: int = 0
-    evaluated: int = 0  #: number of candidates measured so far
+    evaluated: int = 0  #: number of guides measured so far
 
     @classmethod
     def of(
@@ -114,8 +113,8 @@ class Refinement:
         nominal: Nominal | None = None,
         penalty: float = SQP.penalty,
         hasty: bool = False,
-    ) -> Refinement:
-        """Start the refinement of placed guides, feasible or not.
+    ) -> Refinement[CandidateBatch]:
+        """Start the refinement of placed linkages of two dyads, feasible or not.
 
         Returning points are not refined.
 
@@ -130,41 +129,42 @@ class Refinement:
         hasty : bool
             Stop after the first round with little gain.
         """
-        n = len(start)
-        broken = feasibility(problem, start)
-        met = broken.all
-        value = np.where(met, cost(problem, start), np.inf)
-        active = ((start.traced.relative > EXACT_DEVIATION) | ~met) & np.isfinite(start.deviation) & ~start.curve.cusp
-        if problem.ranking.only != "deviation":
-            active = np.isfinite(start.deviation) & ~start.curve.cusp
-        prices = np.where(met, max(SQP.feasible_penalty, penalty), penalty)
-        return cls(
-            problem,
+        model = LinkageModel(problem, moves or PivotCoordinates(), nominal)
+        return Refinement.started(model, start, penalty, hasty)
+
+    @staticmethod
+    def started(
+        model: Model[Guides], start: Guides, penalty: float = SQP.penalty, hasty: bool = False
+    ) -> Refinement[Guides]:
+        """Start the refinement of any guides."""
+        judged = model.judged(start)
+        return Refinement(
+            model,
             start,
-            moves or PivotCoordinates(),
-            nominal,
             start,
-            value,
-            broken.total.copy(),
-            broken.total.copy(),
-            np.full(n, SQP.radius),
-            prices,
-            np.asarray(active),
-            np.zeros(n, int),
+            np.where(judged.met, judged.cost, np.inf),
+            judged.violation.copy(),
+            judged.cost.copy(),
+            judged.violation.copy(),
+            np.full(len(start), SQP.radius),
+            np.where(judged.met, max(SQP.feasible_penalty, penalty), penalty),
+            model.refinable(start, judged.met),
+            np.zeros(len(start), int),
             hasty,
         )
 
-    def __getitem__(self, index: Array) -> Refinement:
-        """Return the refinement of some candidates, from their current points."""
-        names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
+    def __getitem__(self, index: Array) -> Refinement[Guides]:
+        """Return the refinement of some guides, from their current points."""
+        state = ("radius", "penalty", "active", "stalled")
+        names = ("current", "best", "best_cost", "nearest", "cost", "violation", *state)
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
     @property
     def merit(self) -> Floats:
-        """Cost of the best feasible point of each candidate; else its violation plus 1,000."""
+        """Cost of the best feasible point of each guide; else its violation plus 1,000."""
         return np.where(np.isfinite(self.best_cost), self.best_cost, 1e3 + self.nearest)
 
-    def run(self, rounds: int) -> Refinement:
+    def run(self, rounds: int) -> Refinement[Guides]:
         """Run up to a number of rounds."""
         for _ in range(rounds):
             if not self.step():
@@ -185,18 +185,17 @@ class Refinement:
         of, total, merit = trials.of, trials.violation, trials.merit(self.penalty[at])
         self.evaluated += len(of)
         self._keep(at[of], trials)
-        here = self.current[at]
-        before = cost(self.problem, here) + self.penalty[at] * self.violation[at]
+        before = self.cost[at] + self.penalty[at] * self.violation[at]
         first = least(merit, of)
         gained = first[merit[first] < np.where(np.isnan(before), np.inf, before)[of[first]] - SQP.least_gain]
         to = at[of[gained]]
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
         fell[to] |= total[gained] <= SQP.falls * self.violation[to]
-        self.current = self.current.replaced(to, trials.candidates[gained])
-        if self.nominal is None and self.rounds % SQP.charted == 0:
-            self.current = self.current.replaced(at, in_best_charts(self.problem, self.current[at]))
-        self.violation[to] = total[gained]
+        self.current = self.current.replaced(to, trials.guides[gained])
+        if self.rounds % SQP.charted == 0:
+            self.current = self.current.replaced(at, self.model.charted(self.current[at]))
+        self.cost[to], self.violation[to] = trials.cost[gained], total[gained]
         steeper = np.where(fell[at], 1.0, SQP.steeper)
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, SQP.max_penalty)
         self.penalty = np.where(self.violation <= 0, np.maximum(self.penalty, SQP.feasible_penalty), self.penalty)
@@ -210,7 +209,7 @@ class Refinement:
         self.active = self.active & (self.radius > SQP.short) & (self.stalled < SQP.patience)
         return bool(self.active.any())
 
-    def _keep(self, at: Indices, trials: Trials) -> None:
+    def _keep(self, at: Indices, trials: Trials[Guides]) -> None:
         """Store the cheapest feasible trials, else those nearest to feasibility."""
         total, met = trials.violation, trials.met
         for key, held in ((np.where(met, trials.cost, np.inf), self.best_cost), (total, self.nearest)):
@@ -218,9 +217,9 @@ class Refinement:
             first = least(np.where(may, key, np.inf), at)
             first = first[may[first] & (key[first] < held[at[first]])]
             held[at[first]] = key[first]
-            self.best = self.best.replaced(at[first], trials.candidates[first])
+            self.best = self.best.replaced(at[first], trials.guides[first])
 
-    def _trials(self, at: Indices, followed: int) -> Trials:
+    def _trials(self, at: Indices, followed: int) -> Trials[Guides]:
         """Return trials of the guides `at` within all radii, and second steps from the best."""
         here, n = self.current[at], len(at)
         each, factor = np.tile(np.arange(n), len(RADIUS_FACTORS)), np.repeat(RADIUS_FACTORS, n)
@@ -232,36 +231,30 @@ class Refinement:
         led = np.flatnonzero((rank < followed) & np.isfinite(merit))
         if not len(led):
             return one
-        from_, of, factor = one.candidates[led], one.of[led], one.factor[led]
-        missed = np.clip(from_.deviation / self.problem.deviation - 1, 0.0, SQP.missed)
+        from_, of, factor = one.guides[led], one.of[led], one.factor[led]
+        missed = np.clip(self.model.deviation(from_) - 1, 0.0, SQP.missed)
         each = np.arange(len(led))
         two = self._stepped(from_, each, factor, SQP.second * factor * radius[of], penalty[of], 1 - missed)
         return join(one, replace(two, of=of[two.of]))
 
     def _stepped(
         self,
-        here: CandidateBatch,
+        here: Guides,
         each: Indices,
         factor: Floats,
         radius: Floats,
         penalty: Floats,
         share: Floats | float = 1.0,
-    ) -> Trials:
+    ) -> Trials[Guides]:
         """Take one step within each trust radius, and measure the trials.
 
-        `each` numbers the candidate of a trial; `share` is the part of the tolerance to use.
+        `each` numbers the guide of a trial; `share` is the part of the tolerance to use.
         """
-        guides = here.curve
-        linear = linearise(self.problem, here, guides, self.moves, self.nominal)
+        linear = self.model.linearised(here)
         found = take_step(linear[each], radius, penalty[each], share=share)
-        step = np.nan_to_num(found.displacement[:, :-1] if self.problem.curvature is None else found.displacement)
-        many = here[each]
-        linkage, point, valid = self.moves.moved(many, step)
-        kept = np.flatnonzero(valid)
-        moved = curves(linkage, point, many.pole[kept], guides.motion.chart[each[kept]])
-        trials = near_path(self.problem, take(many.origin, kept), moved, self.nominal)
-        broken = feasibility(self.problem, trials)
-        return Trials(trials, each[kept], factor[kept], cost(self.problem, trials), broken.total, broken.all)
+        trials, kept = self.model.moved(here[each], np.nan_to_num(found.displacement))
+        judged = self.model.judged(trials)
+        return Trials(trials, each[kept], factor[kept], judged.cost, judged.violation, judged.met)
 
 
 def least(value: Floats, group: Indices) -> Indices:

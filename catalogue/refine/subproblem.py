@@ -13,9 +13,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, curves, near_path
+from ..candidates.batch import CandidateBatch, curves, in_best_charts, near_path
 from ..candidates.feasibility import (
+    EXACT_DEVIATION,
     PIVOT_REGIONS,
+    cost,
     drive_violations,
     excess,
     feasibility,
@@ -36,6 +38,7 @@ from ..problem.path import FULLEST
 from ..problem.problem import Problem
 from ..problem.ranking import RISING, Ranking
 from ..quantities import DEGREES, DRIVE, SIZES, TRANSMISSIONS
+from .model import Judged
 from .quantities import BETWEEN_STATIONS, POINTS_ONLY, Pieces, Quantities
 
 
@@ -156,9 +159,9 @@ def linearise(
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
     bend = _curvature(problem, found)
     rise = found.traced.fit.rise if problem.is_wide else None  # the arc is best-placed already
-    error, tangent, by_bend = _distance(z, bend, rise, 0.5 * problem.path.stroke)
+    error, tangent, by_bend = distance(z, bend, rise, 0.5 * problem.path.stroke)
     if nominal is None and rise is None:
-        error = _centred(error, z, bend)
+        error = centred(error, z, bend)
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
     pose = guides.motion.pose(t[::2])
@@ -179,7 +182,7 @@ def linearise(
     marginal = marginals(problem, found)
     allowed = np.full(len(found), problem.deviation)
     return Subproblem(
-        *_at_peaks(error.T, jacobian, intervals), limited, measures, marginal, allowed, by_error, problem.relaxed
+        *at_peaks(error.T, jacobian, intervals), limited, measures, marginal, allowed, by_error, problem.relaxed
     )
 
 
@@ -191,7 +194,7 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
     return np.asarray(np.where(fit.along.real < 0, -1.0, 1.0) * fit.curvature.astype(float))
 
 
-def _distance(
+def distance(
     z: Complexes, bend: Floats, rise: Floats | None = None, half: float = 0.5
 ) -> tuple[Floats, Complexes, Floats]:
     """Return signed distances of points (m, n) from arcs over the chord from 0 to 1.
@@ -212,7 +215,7 @@ def _distance(
     return distance, along, by
 
 
-def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
+def centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
     """Convert distances (m, n) from nominals through the ends to those from best-placed ones."""
     _, run, weight = concentric(z.real - 0.5, z.imag - rise_over(np.ones(()), bend), bend)
     fine = grid(len(error) - 1).fine
@@ -385,7 +388,7 @@ def _radius(bend: Floats, count: int) -> Pieces:
     return Pieces(np.stack([bend - flattest, fullest - bend], axis=1), slope)
 
 
-def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
+def at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
     """Interpolate errors (n, m) and derivatives (n, m, p) to the largest errors.
 
     They are sought on four points per interval.
@@ -396,3 +399,48 @@ def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, 
     worst = np.argmax(np.abs(error[:, 1:]).reshape(n, -1, 4), axis=2) + 1 + np.arange(0, m - 1, 4)
     at = np.concatenate([np.zeros((n, 1), int), worst], axis=1)
     return np.take_along_axis(error, at, 1), np.take_along_axis(jacobian, at[..., None], 1)
+
+
+@dataclass(frozen=True)
+class LinkageModel:
+    """Placed linkages of two dyads.
+
+    Attributes
+    ----------
+    problem : Problem
+    moves : Parametrisation
+        Coordinates of the moves.
+    nominal : Nominal or None
+        The path itself, if guides stay in place.
+    """
+
+    problem: Problem
+    moves: Parametrisation
+    nominal: Nominal | None
+
+    def judged(self, guides: CandidateBatch) -> Judged:
+        broken = feasibility(self.problem, guides)
+        return Judged(cost(self.problem, guides), broken.total, broken.all)
+
+    def refinable(self, guides: CandidateBatch, met: Mask) -> Mask:
+        active = np.isfinite(guides.deviation) & ~guides.curve.cusp
+        if self.problem.ranking.only == "deviation":
+            active = active & ((guides.traced.relative > EXACT_DEVIATION) | ~met)
+        return np.asarray(active)
+
+    def deviation(self, guides: CandidateBatch) -> Floats:
+        return np.asarray(guides.deviation / self.problem.deviation)
+
+    def linearised(self, guides: CandidateBatch) -> Subproblem:
+        return linearise(self.problem, guides, guides.curve, self.moves, self.nominal)
+
+    def moved(self, guides: CandidateBatch, step: Floats) -> tuple[CandidateBatch, Indices]:
+        # the last coordinate of an arc of any radius is its curvature, which is measured anew
+        step = step[:, :-1] if self.problem.curvature is None else step
+        linkage, point, valid = self.moves.moved(guides, step)
+        kept = np.flatnonzero(valid)
+        there = curves(linkage, point, guides.pole[kept], guides.curve.motion.chart[kept])
+        return near_path(self.problem, take(guides.origin, kept), there, self.nominal), kept
+
+    def charted(self, guides: CandidateBatch) -> CandidateBatch:
+        return in_best_charts(self.problem, guides) if self.nominal is None else guides

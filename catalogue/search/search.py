@@ -122,7 +122,7 @@ class Search:
     warm: bool = False  #: whether the further starts are answers to a tighter problem
     budget: Budget = BUDGET
     found: CandidateBatch | None = None
-    refining: Refinement | None = None  #: refinement in progress
+    refining: Refinement[CandidateBatch] | None = None  #: refinement in progress
     broad: int = 0  #: number of broad phases so far
     cost: Floats = field(default_factory=lambda: np.zeros(0))  #: costs of the answers, infinite outside the constraints
     #: `searching`, then `found`, `good enough`, `no gain`, or `exhausted` without an answer
@@ -357,7 +357,7 @@ class Search:
         """Least cost so far; infinite before the first answer."""
         return min(self._least, np.inf if self.refining is None else float(self.refining.best_cost.min()))
 
-    def _put_aside(self, refinement: Refinement) -> None:
+    def _put_aside(self, refinement: Refinement[CandidateBatch]) -> None:
         """Add the best points of a refinement to the answers."""
         self._add(refinement.best, refinement.best_cost)
 

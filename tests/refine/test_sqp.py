@@ -16,7 +16,7 @@ from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
+from catalogue.refine.subproblem import PivotCoordinates, distance, linearise
 from catalogue.search.exact_guides import parallelograms
 from tests.refine.starts import problem_of, started
 
@@ -199,7 +199,7 @@ def test_all_that_is_measured_is_counted(small: Catalogue, monkeypatch: pytest.M
         counted.append(len(found := near_path(*given)))
         return found
 
-    monkeypatch.setattr("catalogue.refine.sqp.near_path", measured)
+    monkeypatch.setattr("catalogue.refine.subproblem.near_path", measured)
     run = Refinement.of(problem, started(small, problem, 4)).run(2)
     assert run.evaluated == sum(counted) > 0
 
@@ -281,9 +281,9 @@ def test_distances_from_an_arc_are_those_from_its_centre(bend: float) -> None:
         centre = 0.5 + 1j * np.sign(k) * np.sqrt(k**-2 - 0.25)
         return np.sign(k) * (1 / abs(k) - np.abs(z - centre)), z - centre
 
-    distance, along, by = _distance(z, np.array([bend]))
+    length, along, by = distance(z, np.array([bend]))
     want, out = off(bend)
-    np.testing.assert_allclose(distance, want, atol=1e-6 if abs(bend) < 1e-6 else 1e-12)
+    np.testing.assert_allclose(length, want, atol=1e-6 if abs(bend) < 1e-6 else 1e-12)
     np.testing.assert_allclose(along, np.sign(bend) * 1j * out / np.abs(out), atol=1e-6)
     if abs(bend) > 1e-6:
         np.testing.assert_allclose(by, (off(bend + 1e-5)[0] - off(bend - 1e-5)[0]) / 2e-5, atol=1e-6)
