@@ -188,9 +188,9 @@ class Chain:
     @cached_property
     def branch(self) -> Floats:
         """Signs of the sines of the dyads, shape (d, n)."""
-        return np.array([np.where(self.sine(group) < 0, -1.0, 1.0) for group in self.structure.dyads]).reshape(
-            -1, len(self)
-        )
+        dyads = self.structure.dyads
+        signs = [np.where(self.sine(group) < 0, -1.0, 1.0) for group in dyads]
+        return np.array(signs).reshape(len(dyads), len(self))
 
 
 #: Structure of each family of two dyads driven by its first crank: bars, slides, closing joints.

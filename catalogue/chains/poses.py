@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,16 @@ from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Link, Turn
 
 #: Least sine of the angle between two slides: nearer to parallel a chain runs to infinity [rad].
 NEAR_INFINITY = 0.03
+
+
+class Directions(NamedTuple):
+    """Numbers of directions in which mechanisms are measured."""
+
+    coarse: int = 36  #: number of directions of a half turn
+    fine: int = 10  #: number of directions about each of these that is next to the diameter
+
+
+DIRECTIONS = Directions()
 
 
 @dataclass(frozen=True)
@@ -82,12 +92,19 @@ class Poses:
     @cached_property
     def extent(self) -> Floats:
         """Diameter of all joints at all positions, within a part in 1e5, shape (n,) [length]."""
-        places = np.concatenate([self.joint(j) for j in range(len(self.chain.z))])
-        widest, directions = np.zeros(len(self.chain)), 360
-        for way in np.exp(1j * np.pi * np.arange(directions) / directions):
-            along = (places * way).real
-            np.maximum(widest, along.max(0) - along.min(0), out=widest)
-        return widest
+        angle = np.pi * np.arange(DIRECTIONS.coarse) / DIRECTIONS.coarse
+        wide = np.array([np.ptp((self.places * way).real, axis=0) for way in np.exp(1j * angle)])
+        # only directions next to the diameter are as wide as this
+        row, column = np.nonzero(wide >= wide.max(0) * np.cos(0.5 * np.pi / DIRECTIONS.coarse))
+        widest, places = wide.max(0), self.places[:, column]
+        for turn in np.pi / DIRECTIONS.coarse * (np.arange(DIRECTIONS.fine) / DIRECTIONS.fine - 0.5):
+            np.maximum.at(widest, column, np.ptp((places * np.exp(1j * (angle[row] + turn))).real, axis=0))
+        return np.asarray(widest)
+
+    @cached_property
+    def places(self) -> Complexes:
+        """All joints at all positions, shape (j m, n)."""
+        return np.concatenate([self.joint(j) for j in range(len(self.chain.z))])
 
     def joint(self, joint: int) -> Complexes:
         """Return the positions of a joint, shape (m, n)."""
