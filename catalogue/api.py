@@ -269,7 +269,7 @@ class Catalogue:
         series: Sequence[str] = (),
         where: Mapping[str, tuple[float | None, float | None]] | None = None,
         special: Sequence[str] = (),
-        refine: bool = False,
+        refine: bool | None = None,
         effort: int = 1,
         quiet: bool = False,
         **constraints: Any,
@@ -295,11 +295,13 @@ class Catalogue:
             Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
         special : sequence of str
             Permitted special cases of the collection; any if empty.
-        refine : bool
-            Reduce the deviation of the answers within the bounds, if the collection supports it;
-            some seconds each.
+        refine : bool, optional
+            Refine the answers and specimens near the request within the bounds, for what is ranked.
+            By default where fewer than `limit` specimens suffice, if the collection's refinement is
+            quick.
         effort : int
-            Number of stored mechanisms to follow on their finite motion, in units of 1024.
+            Number of stored mechanisms to follow on their finite motion, in units of 1024, and of
+            those to refine, in units of the collection's own.
         quiet : bool
             Show no progress bar.
         **constraints
@@ -345,7 +347,7 @@ class Catalogue:
             series=series,
             where=where,
             special=special,
-            refine=switch("refine", refine),
+            refine=None if refine is None else switch("refine", refine),
             effort=effort,
             drawn=drawn,
             find=self.find,

@@ -54,7 +54,7 @@ def find_in(request: PathRequest, options: Mapping[str, Any]) -> None:
             series=options["series"],
             where=parsed(options["where"]),
             special=options["special"],
-            refine=options["refine"] and is_given("refine"),
+            refine=options["refine"] if is_given("refine") else None,
             effort=options["effort"],
             **{name: value for name, value in asked.items() if name in held},
         )

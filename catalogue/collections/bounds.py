@@ -5,37 +5,23 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InvalidRequest, quoted
 from ..given import number
+from ..problem.constraints import REGIONS, Constraints
+from ..quantities import BOUNDS
 from ..units import decimal
-from .spec import LENGTH, Collection
+from .goal import Bound
+from .spec import LENGTH, Metric
 
 _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
 
-@dataclass(frozen=True)
-class Bound:
-    """A metric between two numbers; `scale` is its stored unit in that of the user."""
-
-    name: str
-    low: float
-    high: float
-    scale: float
-
-    def holds(self, value: float) -> bool:
-        """Return whether a value in the user's unit is within."""
-        return self.low <= value <= self.high
-
-    def __str__(self) -> str:
-        parts = [f"{self.name} >= {self.low:g}"] * (self.low > -math.inf)
-        return " and ".join(parts + [f"{self.name} <= {self.high:g}"] * (self.high < math.inf))
-
-
-def bounds(collection: Collection, stroke: float, where: Mapping[str, Any]) -> list[Bound]:
+def bounds(name: str, metrics: Mapping[str, Metric], stroke: float, where: Mapping[str, Any]) -> list[Bound]:
     """Check bounds given as pairs (least, most) by metric; None leaves a side open.
+
+    `name` says whose metrics they are.
 
     Raises
     ------
@@ -45,21 +31,54 @@ def bounds(collection: Collection, stroke: float, where: Mapping[str, Any]) -> l
     if not isinstance(where, Mapping):
         raise InvalidRequest(f"bounds must be a mapping of metrics to (least, most), not {quoted(where)}")
     found = []
-    for name, pair in where.items():
-        if name not in collection.metrics:
-            known = ", ".join(collection.metrics) or "none"
-            raise InvalidRequest(f"{collection.name} has no metric {quoted(name)}; it has {known}")
+    for metric, pair in where.items():
+        if metric not in metrics:
+            raise InvalidRequest(f"{name} has no metric {quoted(metric)}; it has {', '.join(metrics) or 'none'}")
         try:
             least, most = pair
-            low = -math.inf if least is None else number(name, least)
-            high = math.inf if most is None else number(name, most)
+            low = -math.inf if least is None else number(metric, least)
+            high = math.inf if most is None else number(metric, most)
         except (TypeError, ValueError):
             raise InvalidRequest(
-                f"{name} must be bounded by two numbers, least and most (or None), not {quoted(pair)}"
+                f"{metric} must be bounded by two numbers, least and most (or None), not {quoted(pair)}"
             ) from None
         if not low <= high:
-            raise InvalidRequest(f"{name} cannot be at least {least} and at most {most}")
-        found.append(Bound(name, low, high, stroke if collection.metrics[name].unit == LENGTH else 1.0))
+            raise InvalidRequest(f"{metric} cannot be at least {least} and at most {most}")
+        found.append(Bound(metric, low, high, stroke if metrics[metric].unit == LENGTH else 1.0))
+    return found
+
+
+def with_constraints(
+    name: str, metrics: Mapping[str, Metric], where: Mapping[str, Any], wanted: Constraints
+) -> dict[str, tuple[float | None, float | None]]:
+    """Add constraints that bound metrics to bounds on metrics.
+
+    Regions and `pins_only` are left out.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is no metric for a constraint; `name` says of what.
+    """
+    found = dict(where)
+    # full rotation last, as other constraints imply it
+    for constraint in sorted(wanted.active(), key="full_rotation".__eq__):
+        if constraint in (*REGIONS, "keep_out", "pins_only"):
+            continue
+        upper, value = False, getattr(wanted, constraint)
+        if constraint == "full_rotation":
+            metric, value = "turns", 1.0
+        elif constraint in BOUNDS:
+            metric, upper = BOUNDS[constraint].measure, BOUNDS[constraint].is_upper
+        else:
+            raise InvalidRequest(f"{constraint} is a constraint on linkages of two dyads: leave it out for {name}")
+        if metric not in metrics:
+            raise InvalidRequest(f"{constraint} does not go with {name}, which measures {', '.join(metrics)}")
+        least, most = found.get(metric, (None, None))
+        if upper:
+            found[metric] = least, value if most is None else min(value, most)
+        else:
+            found[metric] = value if least is None else max(value, least), most
     return found
 
 

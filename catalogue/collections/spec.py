@@ -8,7 +8,7 @@ How to write a plugin that adds a collection:
 2. Write `measure(parameters, request)`: place each mechanism along the requested path, follow its
    finite motion, and return `Measured` results.
 3. Write `classify(parameters)` and `plot(candidate, file)`; if you can, `refine(parameters,
-   request)`, and `starts(pivots, point, request)` of mechanisms made of four-bars.
+   request, goal)`, and `starts(pivots, point, request)` of mechanisms made of four-bars.
 4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body
    imports what it needs: the hook is called only when a collection is asked for.
 5. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
@@ -30,7 +30,9 @@ import numpy as np
 
 from ..errors import PluginError, quoted
 from ..foreign_code import checked_name, checked_text
+from ..kinematics.batch import Rows
 from ..kinematics.types import Complexes, Floats
+from .goal import Goal
 
 if TYPE_CHECKING:
     from ..problem.path import PathRequest
@@ -119,16 +121,16 @@ class Specimen:
 
 
 @dataclass(frozen=True)
-class Places:
-    """Places of a planar mechanism over its stroke, along +x from the origin [length].
+class Places(Rows):
+    """Places of planar mechanisms over their strokes, along +x from the origin [length].
 
     Parameters
     ----------
-    fixed : complex ndarray, shape (k,)
+    fixed : complex ndarray, shape (k,), or (n, k) of n mechanisms
         Joints of the frame, and ends of its rails over the stroke.
-    joints : complex ndarray, shape (m, j)
+    joints : complex ndarray, shape (m, j), or (n, m, j)
         All joints at m positions from one end of the path to the other.
-    bars : complex ndarray, shape (m, s, 2)
+    bars : complex ndarray, shape (m, s, 2), or (n, m, s, 2)
         Ends of segments that cover the moving bars.
     """
 
@@ -185,7 +187,7 @@ Draw = Callable[[str, np.random.Generator, int], Sequence[Specimen]]
 Measure = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Measured]]
 Classify = Callable[[Parameters], Tags]
 Starts = Callable[[Floats, Complexes, "PathRequest"], Sequence[Parameters]]
-Refine = Callable[[Sequence[Parameters], "PathRequest"], Sequence[Parameters]]
+Refine = Callable[[Sequence[Parameters], "PathRequest", Goal], Sequence[Parameters | None]]
 Plot = Callable[["CollectionCandidate", Path | None], Any]
 Mechanism = Callable[["CollectionCandidate"], tuple[Mapping[str, Any], tuple[float, float]]]
 
@@ -215,18 +217,23 @@ class Collection:
         Names that `classify` gives to well-known cases, each with the configurations that they may
         have, ``*`` for any text: others are left out before any is classified.
     refine : callable, optional
-        Takes parameters of placed mechanisms and a request; returns parameters of mechanisms near
-        them with smaller deviations, in the same order. They are then measured and checked.
+        Takes parameters of placed mechanisms, a request and a `Goal`; returns parameters of
+        mechanisms near them that suit these better, or None, in the same order. They are then
+        measured and checked.
     starts : callable, optional
         Takes four-bars that answer a request, and the request; returns parameters of mechanisms
         made of them. The four-bars are pivots (n, 2, 2, 3), for each crank the fixed and the moving
         one at mid-stroke, and guided points (n,), complex.
+    seeds : callable, optional
+        Like `starts`, of mechanisms from which `refine` starts.
     mechanism : callable, optional
         For planar mechanisms of many bars: takes an answer; returns data of `catalogue.mechanism`,
         placed along the requested path, and the phases at which the path starts and ends [rad].
         Answers are then measured, traced and exported like a user's own mechanism.
     pinned : sequence of str, optional
         Families whose joints are all pins; None if that is not known.
+    near : int
+        How many stored specimens of each family `refine` takes where they do not suffice.
     specimens : int
         How many are drawn on first use, in all.
     block : int
@@ -252,8 +259,10 @@ class Collection:
     special: Mapping[str, Sequence[str]] = field(default_factory=dict)
     refine: Refine | None = None
     starts: Starts | None = None
+    seeds: Starts | None = None
     mechanism: Mechanism | None = None
     pinned: Sequence[str] | None = None
+    near: int = 0
     specimens: int = 3000
     block: int = 192
 
@@ -279,7 +288,7 @@ class Collection:
                 raise PluginError(f"{what}: {name} must be a function")
         if not all(isinstance(number, int) and number > 0 for number in (self.specimens, self.block)):
             raise PluginError(f"{what}: specimens and block must be positive whole numbers")
-        for name in ("refine", "starts", "mechanism"):
+        for name in ("refine", "starts", "seeds", "mechanism"):
             if getattr(self, name) is not None and not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
 

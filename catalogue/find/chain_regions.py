@@ -16,10 +16,9 @@ import numpy as np
 from ..candidates.feasibility import WEIGHTS
 from ..collections.spec import Places
 from ..guidance.swept_area import intrusion, protrusion
-from ..kinematics.types import Complexes
+from ..kinematics.types import Floats
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.path import PathRequest
-from ..problem.region import Region
 
 
 class Image(NamedTuple):
@@ -55,33 +54,43 @@ class Regions:
         flips = [(False, False), (True, False), (False, True), (True, True)][: 2 if request.kind == "circle" else 4]
         return cls(request.stroke, {(reverse, over): here.mirrored(reverse, over) for reverse, over in flips})
 
+    def outside(self, places: Places) -> Floats:
+        """Return how far n mechanisms leave the regions in their best mirror image, (n,) [strokes].
+
+        It is negative inside. `places` are in strokes.
+        """
+        excess = [np.max([*_excess(places, wanted).values()], axis=0) for wanted in self.images.values()]
+        return np.asarray(np.min(excess, axis=0))
+
     def best_image(self, places: Places) -> Image:
         """Select the mirror image of least excess; ties go to the given one."""
-        unit = Places(*(z / self.stroke for z in (places.fixed, places.joints, places.bars)))
+        unit = Places(*(z[None] / self.stroke for z in (places.fixed, places.joints, places.bars)))
         best: Image | None = None
         for (reverse, over), wanted in self.images.items():
-            image = Image(reverse, over, {name: self.stroke * out for name, out in _excess(unit, wanted).items()})
+            found = {name: float(out[0]) for name, out in _excess(unit, wanted).items()}
+            excess = {name: self.stroke * out if out > WEIGHTS.rounding else 0.0 for name, out in found.items()}
+            image = Image(reverse, over, excess)
             if best is None or sum(image.excess.values()) < sum(best.excess.values()) - WEIGHTS.tie * self.stroke:
                 best = image
         assert best is not None  # the given image is one of them
         return best
 
 
-def _excess(places: Places, wanted: Constraints) -> dict[str, float]:
-    """Compute how far places leave the regions they must stay in, or enter others [strokes]."""
-    middle = places.joints[len(places.joints) // 2]
+def _excess(places: Places, wanted: Constraints) -> dict[str, Floats]:
+    """Compute how far places leave the regions they must stay in, or enter others, (n,) [strokes].
+
+    It is negative where they do not.
+    """
+    middle = places.joints[:, places.joints.shape[1] // 2]
+    pivots = np.concatenate([places.fixed, middle], axis=1)
     found = {
-        name: _outside(region, z)
-        for name, z in (("fixed_pivots_in", places.fixed), ("pivots_in", np.append(places.fixed, middle)))
+        name: region.outside(z).max(1)
+        for name, z in (("fixed_pivots_in", places.fixed), ("pivots_in", pivots))
         if (region := getattr(wanted, name)) is not None
     }
-    bars = places.bars[:, None]
+    bars = np.moveaxis(places.bars, 0, 1)
     if wanted.swept_in is not None:
-        found["swept_in"] = float(protrusion(wanted.swept_in, bars)[0])
+        found["swept_in"] = protrusion(wanted.swept_in, bars)
     if wanted.keep_out:
-        found["keep_out"] = max(float(intrusion(zone, bars)[0]) for zone in wanted.keep_out)
-    return {name: out if out > WEIGHTS.rounding else 0.0 for name, out in found.items()}
-
-
-def _outside(region: Region, z: Complexes) -> float:
-    return float(region.outside(z).max())
+        found["keep_out"] = np.max([intrusion(zone, bars) for zone in wanted.keep_out], axis=0)
+    return found

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..candidates.feasibility import EXACT_DEVIATION
+from ..collections.bounds import bounds, with_constraints
+from ..collections.goal import Bound, Goal
 from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..given import names as named
 from ..given import whole
 from ..guides.chain_stretch import ChainStretch
-from ..guides.own_chain import OwnChain
+from ..guides.own_chain import GRID, OwnChain
 from ..guides.results import ChainImprovement, Measured
+from ..kinematics.circuits import TURN
 from ..kinematics.types import Complexes, Floats
-from ..plugin.refine_mechanisms import refined
-from ..problem.constraints import Constraints
+from ..plugin.chain_measures import MEASURES, chain_measures
+from ..plugin.refine_mechanisms import on_one_leg, refined
+from ..problem.constraints import REGIONS, Constraints
 from ..problem.path import PathRequest, path_request
 from ..series.chain_family import ChainFamily
 from ..series.series import Parameter
@@ -26,43 +31,15 @@ from .measure import measure
 FIXED = "fixed-pivots"
 
 
-@dataclass(frozen=True)
-class Moves:
-    """Sizes and numbers of the moves of joints.
+class Moves(NamedTuple):
+    """Sizes and numbers of the moves of joints."""
 
-    Attributes
-    ----------
-    reaches : tuple of float
-        Largest moves of a coordinate, tried in turn [size]: a bound violated by a long move may
-        hold after a shorter one.
-    repeats : int
-        Number of successive refinements, each over the best stretch of the one before.
-    gain : float
-        Least gain of a refinement that is followed by another [deviations].
-    starts : int
-        Number of displaced copies to start from, per unit of effort.
-    scatter : float
-        Standard deviation of a coordinate of such a copy [size].
-    scales : tuple of float
-        Scales of the copies about the frame, used in turn: smaller copies turn more over the
-        stroke, and meet bounds on the size.
-    shares : tuple of float
-        Fractions of a refinement to try where the whole of it violates a bound.
-    larger : float
-        Largest size if it is not bounded [sizes before].
-    exact : float
-        Deviation below which differences are rounding [strokes].
-    """
-
-    reaches: tuple[float, ...] = (0.4, 0.1, 0.02)
-    repeats: int = 4
-    gain: float = 0.01
-    starts: int = 10
-    scatter: float = 0.04
-    scales: tuple[float, ...] = (1.0, 0.9, 0.8, 0.7)
-    shares: tuple[float, ...] = (1.0, 0.5, 0.2)
-    larger: float = 1.1
-    exact: float = 1e-12
+    reach: float = 0.4  #: largest move of a coordinate [size]
+    starts: int = 10  #: number of displaced copies to start from, per unit of effort
+    scatter: float = 0.04  #: standard deviation of a coordinate of such a copy [size]
+    larger: float = 1.1  #: largest size if it is not bounded [sizes before]
+    stretches: int = 4  #: number of stretches of a moved mechanism that are compared
+    gain: float = 0.01  #: least part by which an improvement lowers what is ranked
 
 
 MOVES = Moves()
@@ -73,28 +50,31 @@ def improve_chain(
     request: PathRequest,
     *,
     hold: str | Sequence[str] = (),
-    rank_by: str | Mapping[str, float] = "deviation",
+    rank_by: str = "deviation",
     effort: int = 1,
     **constraints: Any,
 ) -> ChainImprovement:
-    """Reduce the deviation of a mechanism over a stroke by moving its joints.
+    """Improve a mechanism over a stroke by moving its joints.
 
-    The mechanism stays where it is.  Without `max_size` it becomes at most a tenth larger.
+    The mechanism stays where it is.  Without `max_size` it becomes at most a tenth larger.  Both
+    ends of the stroke must lie between two dead points of the drive.
 
     Parameters
     ----------
     one : OwnChain
     request : StraightLine or CircularArc
-        Stroke, and the deviation to reach.
+        Stroke, and the permitted deviation.
     hold : str or sequence of str
         Names of joints to keep where they are in the given pose, or ``fixed-pivots`` for all joints
         of the frame.
     rank_by : str
-        ``deviation`` only.
+        ``deviation``, or a measure of `catalogue.plugin.chain_measures`, such as ``size`` or
+        ``min_transmission``.
     effort : int
         Multiple of the usual number of starts.
     **constraints
-        `max_size` and `min_transmission`; others are refused.
+        Bounds on what is measured, such as `max_size`, `min_transmission`, `max_link`; others are
+        refused.
 
     Returns
     -------
@@ -122,28 +102,29 @@ def improve_chain(
         raise InvalidRequest("mechanisms of many bars are improved along arcs below a half circle: ask for less")
     if any(request.start) or request.along:
         raise InvalidRequest("a mechanism of many bars stays where it is: give the stroke alone, without a place")
-    if rank_by != "deviation":
-        raise InvalidRequest(f"mechanisms of many bars are improved in deviation only, not in {quoted(rank_by)}")
-    wanted, free = _bounds(constraints), _free(one, named("hold", [hold] if isinstance(hold, str) else hold))
-    task = _Task(one, request, free, wanted)
+    if not isinstance(rank_by, str) or rank_by not in ("deviation", *MEASURES):
+        known = ", ".join(["deviation", *MEASURES])
+        raise InvalidRequest(f"mechanisms of many bars are not improved in {quoted(rank_by)}, but in {known}")
+    free = _free(one, named("hold", [hold] if isinstance(hold, str) else hold))
+    task = _Task(one, request, free, rank_by, _bounds(constraints, request))
     start = task.before()
-    most = wanted.max_size if constraints.get("max_size") is not None else MOVES.larger * start.size
-    best = replace(task, wanted=replace(wanted, max_size=most)).best(start, effort)
+    if not any(bound.name == "size" and np.isfinite(bound.high) for bound in task.bounds):
+        size = Bound("size", -np.inf, MOVES.larger * start.size, request.stroke)
+        task = replace(task, bounds=[*task.bounds, size])
+    best = task.best(start, effort)
     told = "" if best is not None else "no way found to improve it within these bounds: relax one, or hold less"
     rows = [start, *([best] if best is not None else [])]
     return ChainImprovement(rows, told, which=("before", "improved")[: len(rows)])
 
 
-def _bounds(given: Mapping[str, Any]) -> Constraints:
-    """Return the bounds; refuse constraints other than size and transmission angle."""
-    wanted, plain = Constraints.of(given), Constraints()
-    for one in fields(Constraints):
-        if one.name not in ("max_size", "min_transmission") and getattr(wanted, one.name) != getattr(plain, one.name):
-            raise InvalidRequest(
-                f"{one.name} is no bound on the improvement of a mechanism of many bars; max_size and min_transmission "
-                "are"
-            )
-    return wanted
+def _bounds(given: Mapping[str, Any], request: PathRequest) -> list[Bound]:
+    """Return the bounds on measures; refuse other constraints."""
+    wanted = Constraints.of(given)
+    for name in wanted.active():
+        if name in (*REGIONS, "keep_out", "pins_only"):
+            raise InvalidRequest(f"{name} is no bound on the improvement of a mechanism of many bars: leave it out")
+    what = "a mechanism of many bars"
+    return bounds(what, MEASURES, request.stroke, with_constraints(what, MEASURES, {}, wanted))
 
 
 def _free(one: OwnChain, hold: Sequence[str]) -> list[str]:
@@ -166,7 +147,8 @@ class _Task:
     one: OwnChain
     request: PathRequest
     free: list[str]
-    wanted: Constraints
+    rank_by: str
+    bounds: Sequence[Bound]
 
     @property
     def curved(self) -> bool:
@@ -177,7 +159,7 @@ class _Task:
         """Measure the stretches of a mechanism over the stroke."""
         radius = self.request.radius if self.curved else None
         how: dict[str, Any] = {"radius": radius} if radius is not None else {"arc": self.curved}
-        return measure(one, stroke=self.request.stroke, limit=1, **how)
+        return measure(one, stroke=self.request.stroke, limit=MOVES.stretches, **how)
 
     def before(self) -> ChainStretch:
         """Return the stretch to improve: the given one, if it has the stroke, else the best."""
@@ -191,86 +173,71 @@ class _Task:
         return best
 
     def best(self, start: ChainStretch, effort: int) -> ChainStretch | None:
-        """Return the best improvement of a stretch and of displaced copies."""
-        found: ChainStretch | None = None
-        if start.deviation < MOVES.exact * start.stroke and self.is_within(start):
+        """Return the best improvement of a stretch and of displaced copies; None without any."""
+        if self.rank_by == "deviation" and self.cost(start) < EXACT_DEVIATION * start.stroke:
             return None
-        for first in (start, *self.displaced(start, MOVES.starts * effort)):
-            for reach in MOVES.reaches:
-                better = self.repeated(first, reach)
-                if better is not None and better.deviation < (start if found is None else found).deviation:
-                    found = better
-                if better is not None:
-                    break
-        gained = found is not None and (
-            found.deviation < (1 - MOVES.gain) * start.deviation or not self.is_within(start)
-        )
-        return found if gained else None
-
-    def displaced(self, start: ChainStretch, count: int) -> Iterator[ChainStretch]:
-        """Yield the best stretches of copies with displaced joints, no larger than permitted."""
-        rng, size = np.random.default_rng(1), float(start.chain.size[0])
-        centre = np.mean([start.joints[name] for name in start.bars["frame"]], axis=0)
-        shrunk = min(1.0, (self.wanted.max_size or np.inf) / start.size)
-        for k in range(count):
-            joints, scale = dict(start.joints), shrunk * MOVES.scales[k % len(MOVES.scales)]
-            for name in self.free:
-                place = centre + scale * (np.array(joints[name]) - centre)
-                x, y = place + MOVES.scatter * size * rng.normal(size=2)
-                joints[name] = [float(x), float(y)]
-            yield from self.stretches(joints)[:1]
+        chain, size = start.chain, float(start.chain.size[0])
+        z, structure = chain.z[:, 0], chain.structure
+        centre = complex(z.mean())
+        family = _family(start, (z - centre) / size, [structure.joints.index(name) for name in self.free])
+        rng, count = np.random.default_rng(1), 1 + MOVES.starts * effort
+        values = {}
+        for parameter in family.parameters:
+            middle = 0.5 * sum(parameter.domain[0])
+            values[parameter.name] = middle + MOVES.scatter * np.concatenate([[0.0], rng.normal(size=count - 1)])
+        drive, legs = on_one_leg(family, {name: v[:1] for name, v in values.items()}, np.array([start._window]).T)
+        if not len(legs):
+            return None
+        goal = Goal(self.rank_by, self.bounds)
+        unit = float(start.stroke) / size
+        found = refined(family, values, np.repeat(drive, count, axis=1), goal, self.request, unit)
+        moved, _ = family.placed(found.values)
+        best: ChainStretch | None = None
+        least = self.cost(start)
+        least -= MOVES.gain * abs(least) if np.isfinite(least) else 0.0
+        for column in moved.T:
+            joints = zip(structure.joints, (centre + size * column).tolist(), strict=True)
+            there = {name: [at.real, at.imag] for name, at in joints if name in self.free}
+            for one in self.stretches({**start.joints, **there}):
+                if (cost := self.cost(one)) < least:
+                    best, least = one, cost
+        return best
 
     def stretches(self, joints: Mapping[str, list[float]]) -> list[ChainStretch]:
         """Return the stretches of the mechanism with moved joints, the best first."""
         try:
             return [*self.measured(OwnChain.of({**self.one.given, "joints": dict(joints)}))]
-        except (InvalidLinkage, InvalidRequest):  # the moved mechanism does not close, or is at a dead point
+        except (InvalidLinkage, InvalidRequest):  # it does not close, or is at a dead point
             return []
 
-    def repeated(self, start: ChainStretch, reach: float) -> ChainStretch | None:
-        """Refine a stretch until the gain is small; None if the first step leaves the bounds."""
-        now, found = start, None
-        for _ in range(MOVES.repeats):
-            better = self.refined(now, reach)
-            if better is None or (found is not None and better.deviation > (1 - MOVES.gain) * found.deviation):
-                break
-            now = found = better
-        return found
+    def measures(self, one: ChainStretch) -> dict[str, float]:
+        """Return the bounded and ranked measures of a stretch."""
+        names = {bound.name for bound in self.bounds} | ({self.rank_by} - {"deviation"})
+        at = one.circuit.poses(np.linspace(*one._window, GRID.positions)[:, None])
+        found = chain_measures(_family(one, one.chain.z[:, 0], []), at, np.ones(1), names)
+        turns = {"turns": float(one.circuit.kind[0] == TURN)} if "turns" in names else {}
+        return {name: float(value[0]) for name, value in found.items()} | turns
 
-    def is_within(self, one: ChainStretch) -> bool:
-        """Tell whether a stretch meets the bounds."""
-        size, angle = self.wanted.max_size, self.wanted.min_transmission
-        return (size is None or one.size <= size) and one.min_transmission >= (angle or 0.0)
-
-    def refined(self, start: ChainStretch, reach: float) -> ChainStretch | None:
-        """Refine the free joints of a stretch within a reach [size] and the bounds."""
-        z, size = start.chain.z[:, 0], float(start.chain.size[0])
-        centre = complex(z.mean())
-        structure, places = start.chain.structure, (z - centre) / size
-        family = _family(start, places, [structure.joints.index(name) for name in self.free], reach)
-        values = {p.name: np.array([0.5 * sum(p.domain[0])]) for p in family.parameters}
-        window = np.array([sorted(start._window)]).T
-        try:
-            better = refined(family, values, window, self.curved)
-        except np.linalg.LinAlgError:
-            return None
-        if better is None or not better.moved[0]:
-            return None
-        moved, _ = family.placed(better.values)
-        for share in MOVES.shares:
-            found = zip(structure.joints, (z + share * (centre + size * moved[:, 0] - z)).tolist(), strict=True)
-            joints = {name: [at.real, at.imag] for name, at in found if name in self.free}
-            within = [one for one in self.stretches({**start.joints, **joints}) if self.is_within(one)]
-            if within and (within[0].deviation < start.deviation or not self.is_within(start)):
-                return within[0]
-        return None
+    def cost(self, one: ChainStretch) -> float:
+        """Return the ranked number, less is better; infinite where a bound is violated."""
+        found = self.measures(one)
+        if not all(bound.holds(found[bound.name]) for bound in self.bounds):
+            return np.inf
+        if self.rank_by == "deviation":
+            return one.deviation
+        over = one.deviation > self.request.deviation
+        return np.inf if over else found[self.rank_by] * (-1.0 if MEASURES[self.rank_by].more else 1.0)
 
 
-def _family(one: OwnChain, places: Complexes, free: Sequence[int], reach: float) -> ChainFamily:
+def _family(one: OwnChain, places: Complexes, free: Sequence[int]) -> ChainFamily:
     """Make a family with the coordinates of free joints as parameters [size]."""
     structure = one.chain.structure
     parameters = [
-        Parameter(f"{axis}{joint}", ((value - reach, value + reach),), f"{axis} of joint {structure.joints[joint]}")
+        Parameter(
+            f"{axis}{joint}",
+            ((value - MOVES.reach, value + MOVES.reach),),
+            f"{axis} of joint {structure.joints[joint]}",
+        )
         for joint in free
         for axis, value in (("x", float(places[joint].real)), ("y", float(places[joint].imag)))
     ]

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from sqlalchemy import ColumnElement, Float, and_, case, func, or_, select, true
 
-from ..collections.bounds import Bound, bounds
+from ..collections.bounds import bounds, with_constraints
+from ..collections.goal import Bound, Goal
 from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
@@ -24,14 +25,15 @@ from ..given import names, positive, whole
 from ..given import number as a_number
 from ..guides.chain_stretch import ChainStretch
 from ..guides.results import Found, Results
+from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.criteria import ANSWERS
 from ..problem.path import CircularArc, PathRequest, StraightLine
-from ..quantities import BOUNDS
 from ..store import Database
 from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
 from .chain_regions import Image, Regions
+from .near_specimens import near_specimens
 
 
 class Verification(NamedTuple):
@@ -44,6 +46,7 @@ class Verification(NamedTuple):
     #: before it is measured.
     per_sweep: float = 1 / 40
     same_radius: float = 1e-9  #: relative difference of two radii within rounding
+    seeds: int = 4  #: number of four-bars from which mechanisms of more bars are refined
     slack: float = 1e-3  #: relative difference permitted between stored and measured deviation
 
 
@@ -72,7 +75,7 @@ def find_in(
     series: Sequence[str],
     where: Mapping[str, Any] | None,
     special: Sequence[str],
-    refine: bool,
+    refine: bool | None,
     effort: int = 1,
     drawn: Callable[[], None],
     find: Callable[..., Found],
@@ -94,7 +97,11 @@ def find_in(
             f"{collection.name} lays its paths from the origin along +x: leave out start, direction and end of the path"
         )
     wanted, regions = Constraints.of(constraints), Regions.of(request, constraints)
-    given = bounds(collection, request.stroke, _with_constraints(collection, where, wanted, regions))
+    if regions is not None and collection.mechanism is None:
+        raise InvalidRequest(f"{collection.name} has no planar mechanisms of many bars: leave out regions")
+    if isinstance(where, Mapping) or where is None:  # `bounds` refuses others
+        where = with_constraints(collection.name, collection.metrics, where or {}, wanted)
+    given = bounds(collection.name, collection.metrics, request.stroke, where)
     if wanted.pins_only:
         families = _pinned(collection, names("families", families))
     named = {
@@ -116,50 +123,19 @@ def find_in(
     def key(c: CollectionCandidate) -> float:
         return c.deviation if rank_by == "deviation" else c.metrics[rank_by]
 
+    def suits(one: CollectionCandidate, other: CollectionCandidate) -> bool:
+        return key(one) > key(other) if more else key(one) < key(other)
+
     order = _stored(rank_by).desc() if more else _stored(rank_by).asc()
-    found = [*search.run(limit, order), *search.made(find, limit)]
+    found = sorted([*search.run(limit, order), *search.made(find, limit)], key=key, reverse=more)[:limit]
+    if collection.refine is not None and (collection.near and len(found) < limit if refine is None else refine):
+        goal = Goal(rank_by, given, None if regions is None else regions.outside)
+        better = [(one, of) for one, of in search.refined(found, goal, find) if of < 0 or suits(one, found[of])]
+        replaced, search.moved = {of for _, of in better}, len(better)
+        found = [*(one for one, _ in better), *(c for i, c in enumerate(found) if i not in replaced)]
     found = sorted(found, key=key, reverse=more)[:limit]
-    if refine and collection.refine is not None and found:
-        pairs = zip(found, search.refined(found), strict=True)
-        better = [n if n is not None and (key(n) >= key(c) if more else key(n) <= key(c)) else c for c, n in pairs]
-        search.moved = sum(n is not c for n, c in zip(better, found, strict=True))
-        found = sorted(better, key=key, reverse=more)
     search.seconds, search.shown = time.perf_counter() - clock, len(found)
     return CollectionResults(found, search, collection=collection)
-
-
-def _with_constraints(
-    collection: Collection,
-    where: Mapping[str, Any] | None,
-    wanted: Constraints,
-    regions: Regions | None,
-) -> Mapping[str, Any]:
-    """Add the bounds among constraints to those of metrics; refuse constraints of linkages only."""
-    if where is not None and not isinstance(where, Mapping):
-        return where  # `bounds` refuses it
-    found = dict(where or {})
-    if regions is not None and collection.mechanism is None:
-        raise InvalidRequest(f"{collection.name} has no planar mechanisms of many bars: leave out regions")
-    # full rotation last, as other constraints imply it
-    for name in sorted(wanted.active(), key="full_rotation".__eq__):
-        if name in (*REGIONS, "keep_out", "pins_only"):
-            continue
-        upper, value = False, getattr(wanted, name)
-        if name == "full_rotation":
-            metric, value = "turns", 1.0
-        elif name in BOUNDS:
-            metric, upper = BOUNDS[name].measure, BOUNDS[name].is_upper
-        else:
-            raise InvalidRequest(f"{name} is a constraint on linkages of two dyads: leave it out for {collection.name}")
-        if metric not in collection.metrics:
-            known = ", ".join(collection.metrics)
-            raise InvalidRequest(f"{name} does not go with {collection.name}, which measures {known}")
-        least, most = found.get(metric, (None, None))
-        if upper:
-            found[metric] = least, value if most is None else min(value, most)
-        else:
-            found[metric] = value if least is None else max(value, least), most
-    return found
 
 
 def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
@@ -350,7 +326,9 @@ class _Search:
     shown: int = 0
     from_guides: int = 0  #: number of verified specimens that were made of planar guides
     moved: int = 0  #: number of refined answers
-    removed: Counter[str] = field(default_factory=Counter)  #: number of measured specimens that failed each test
+    refinements: int = 0  #: number of specimens moved towards the request
+    #: number of measured specimens that failed each test
+    removed: Counter[str] = field(default_factory=Counter)
     #: excess and value of the closest miss of each test
     nearest: dict[str, tuple[float, float]] = field(default_factory=dict)
     seconds: float = 0.0
@@ -364,6 +342,11 @@ class _Search:
     def held(self) -> ColumnElement[bool]:
         """Condition for specimens of the collection with this kind of path."""
         return and_(Row.collection == self.collection.name, Row.kind == self.request.kind)
+
+    @property
+    def permitted(self) -> ColumnElement[bool]:
+        """Condition for those of the permitted families and series."""
+        return and_(self.held, *(self.tests[name] for name in ("family", "series") if name in self.tests))
 
     def run(self, limit: int, order: ColumnElement[float]) -> Iterator[CollectionCandidate]:
         """Yield answers in stored order, verified in batches, until there are enough."""
@@ -391,22 +374,19 @@ class _Search:
         if self.collection.starts is None or self.special:
             return
         transmission = max([b.low for b in self.bounds if b.name == "min_transmission" and b.low > 0], default=0.0)
-        how = {"families": ["four-bar"], "limit": max(limit, ANSWERS), "cognates": True}
-        guides = find(self.request, **how, min_transmission=transmission)
-        if not len(guides):  # the messages of other searches tell what to relax
-            guides = find(self.request, **how)
-        if not len(guides):
+        how = {"limit": max(limit, ANSWERS), "cognates": True}
+        guides = self.four_bars(find, **how, min_transmission=transmission)
+        if guides is None:  # the messages of other searches tell what to relax
+            guides = self.four_bars(find, **how)
+        if guides is None:
             return
-        pivots = np.array([one.pivots for one in guides])
-        point = np.array([complex(*one.guided) for one in guides], complex)
         with asked(self.collection, "made of four-bars"):
-            stored = list(self.collection.starts(pivots, point, self.request))
+            stored = list(self.collection.starts(*guides, self.request))
         self.from_guides += len(stored)
         for one in self.measured(stored):
             if self.serves(one):
                 made = self.candidate(0, one)
-                tags = {"family": made.family, "series": made.series}
-                if all(not self.allowed[name] or tag in self.allowed[name] for name, tag in tags.items()):
+                if self.is_allowed(made):
                     yield made
 
     def is_special(self, parameters: Any) -> bool:
@@ -424,21 +404,64 @@ class _Search:
         self.verified += len(found)
         return found
 
-    def refined(self, found: list[CollectionCandidate]) -> list[CollectionCandidate | None]:
-        """Refine answers to smaller deviations that still meet the request; None for failures."""
-        assert self.collection.refine is not None  # checked by the caller
+    def four_bars(self, find: Callable[..., Found], **how: Any) -> tuple[Floats, Complexes] | None:
+        """Find four-bars; return their pivots and guided points, None without any."""
+        found = find(self.request, families=["four-bar"], **how)
+        if not len(found):
+            return None
+        return np.array([one.pivots for one in found]), np.array([complex(*one.guided) for one in found], complex)
+
+    def seeds(self, find: Callable[..., Found]) -> list[Any]:
+        """Return mechanisms made of four-bars within the bounds, as starts of refinement."""
+        if self.collection.seeds is None:
+            return []
+        size = min([b.high for b in self.bounds if b.name == "size"], default=math.inf)
+        angle = max([b.low for b in self.bounds if b.name == "min_transmission"], default=0.0)
+        how: dict[str, Any] = {"limit": VERIFY.seeds, "rank_by": "deviation", "effort": 0}
+        how |= {"max_size": size} if math.isfinite(size) else {}
+        guides = self.four_bars(find, **how, min_transmission=max(angle, 0.0))
+        if guides is None:
+            return []
+        with asked(self.collection, "made of four-bars"):
+            return list(self.collection.seeds(*guides, self.request))
+
+    def refined(
+        self, found: list[CollectionCandidate], goal: Goal, find: Callable[..., Found]
+    ) -> list[tuple[CollectionCandidate, int]]:
+        """Refine answers and stored specimens near the request.
+
+        Return what answers it, each with the number of the answer that it was refined from; -1 of
+        the others.
+        """
+        refine, known = self.collection.refine, {c.id for c in found if c.id}
+        assert refine is not None  # checked by the caller
+        starts = [(c.id, c.parameters, i) for i, c in enumerate(found)]
+        near = near_specimens(
+            self.database, self.collection, self.permitted, self.request, goal, self.collection.near * self.effort
+        )
+        starts += [(number, one, -1) for number, one in near if number not in known and self.is_special(one)]
+        starts += [(0, one, -1) for one in self.seeds(find) if self.is_special(one)]
+        if not starts:
+            return []
         with asked(self.collection, "refined"):
-            moved = list(self.collection.refine([deepcopy(c.parameters) for c in found], self.request))
-            if len(moved) != len(found):
-                raise PluginError(f"{len(moved)} of {len(found)} mechanisms were refined")
-        verified, out = self.verified, list[CollectionCandidate | None]()
-        for c, m in zip(found, self.measured(moved), strict=True):
-            good = not self._failed(m) and m.deviation < c.deviation
-            new = self.candidate(c.id, m) if good else None
-            same = new is not None and (new.family, new.series) == (c.family, c.series)
-            out.append(new if new is not None and same and set(c.special) <= set(new.special) else None)
-        self.verified = verified
+            moved = list(refine([deepcopy(one) for _, one, _ in starts], self.request, goal))
+            if len(moved) != len(starts):
+                raise PluginError(f"{len(moved)} of {len(starts)} mechanisms were refined")
+        some = [(*start, one) for start, one in zip(starts, moved, strict=True) if one is not None]
+        self.refinements += len(some)
+        out = list[tuple[CollectionCandidate, int]]()
+        for (number, _, of, _), one in zip(some, self.measured([one for *_, one in some]), strict=True):
+            if self.serves(one):
+                made = self.candidate(number, one)
+                if self.is_allowed(made) and (of < 0 or {*found[of].special} <= {*made.special}):
+                    out.append((made, of))
         return out
+
+    def is_allowed(self, one: CollectionCandidate) -> bool:
+        """Tell whether family, series and special case of an answer are permitted."""
+        tags = {"family": one.family, "series": one.series}
+        special = not self.special or not set(self.special).isdisjoint(one.special)
+        return special and all(not self.allowed[name] or tag in self.allowed[name] for name, tag in tags.items())
 
     def serves(self, one: Measured) -> bool:
         """Tell whether a measured specimen is an answer.
@@ -506,9 +529,10 @@ class _Search:
         lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
         lines += [f"  {self.not_special} that might be are not {' or '.join(self.special)}"] if self.not_special else []
         told = f", {self.from_guides} more made of four-bars that answer the request" if self.from_guides else ""
-        followed = self.verified - self.from_guides
+        followed = self.verified - self.from_guides - self.refinements
         lines.append(f"  {followed} of the rest were followed on their finite motion{told}; {self.shown} are shown")
-        lines += [f"  {self.moved} of these were refined"] if self.moved else []
+        if self.refinements:
+            lines.append(f"  {self.refinements} were moved towards the request; {self.moved} of them answer it better")
         lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]
         if not self.shown:
             lines.append("no piece found: " + self._advice(number["all"], useful))

@@ -311,15 +311,15 @@ class OwnChain(CommonVerbs):
         return self.given
 
     def improve(self, request: PathRequest, **how: Any) -> ChainImprovement:
-        """Reduce the deviation over a stroke by moving the joints.
+        """Improve the mechanism over a stroke by moving its joints.
 
         Parameters
         ----------
         request : StraightLine or CircularArc
-            Stroke, and the deviation to reach.
+            Stroke, and the permitted deviation.
         **how
-            Further arguments of `catalogue.find.improve_chain.improve_chain`: `hold`, `max_size`,
-            `min_transmission`, `effort`.
+            Further arguments of `catalogue.find.improve_chain.improve_chain`: `hold`, `rank_by`,
+            `effort`, and bounds.
         """
         found: ChainImprovement = verb("improve_chain")(self, request, **how)
         return found

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..chains.structure import Structure
+    from ..collections.goal import Bound, Goal
     from ..collections.results import CollectionCandidate
     from ..collections.spec import LENGTH, Collection, Measured, Metric, Places, Specimen, Tags
     from ..curvature_theory.dead_points import dead_points, off_line
@@ -80,6 +81,7 @@ _HOME = {
     "slider_pair tangent_circle_pair tangent_pair without",
     "series.posed": "Posed circle_through equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
     "problem.path": "CircularArc PathRequest StraightLine",
+    "collections.goal": "Bound Goal",
     "collections.spec": "Collection LENGTH Measured Metric Places Specimen Tags",
     "collections.results": "CollectionCandidate",
     "guidance.minimum_zone": "grid",
@@ -95,6 +97,7 @@ __all__ = [
     "RP",
     "RR",
     "Array",
+    "Bound",
     "ChainFamily",
     "CircularArc",
     "Collection",
@@ -102,6 +105,7 @@ __all__ = [
     "Complexes",
     "Family",
     "Floats",
+    "Goal",
     "Guided",
     "Indices",
     "Instant",

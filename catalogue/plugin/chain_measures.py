@@ -7,15 +7,17 @@ driving bar as crank; see `catalogue.guidance.drive.DriveMetrics`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import combinations
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain, combinations
 
 import numpy as np
 
 from ..chains.poses import Poses
 from ..chains.rates import rates
 from ..collections.spec import LENGTH, Metric, Places
-from ..kinematics.types import Complexes, Floats
+from ..kinematics.types import Complexes, Floats, Mask
 from ..series.chain_family import ChainFamily
 
 #: Measures by name; the names are those of bounds.
@@ -36,7 +38,9 @@ MEASURES = {
 }
 
 
-def chain_measures(family: ChainFamily, at: Poses, scale: Floats) -> dict[str, Floats]:
+def chain_measures(
+    family: ChainFamily, at: Poses, scale: Floats, names: Iterable[str] = tuple(MEASURES)
+) -> dict[str, Floats]:
     """Measure mechanisms at positions of their stretches.
 
     Parameters
@@ -46,63 +50,125 @@ def chain_measures(family: ChainFamily, at: Poses, scale: Floats) -> dict[str, F
         n mechanisms at m positions from one end of their paths to the other.
     scale : ndarray, shape (n,)
         Length of a unit of the chains.
+    names : iterable of str
+        Which of `MEASURES`; ``turns`` is left out.
 
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        `MEASURES` except ``turns``; lengths are in units of `scale`.
+        The measures; lengths are in units of `scale`.
     """
-    structure, z, n = family.structure, at.chain.z, len(scale)
-    turned = np.unwrap(np.angle(at.turn[family.bar]), axis=0)
-    pins = [j for j, bars in enumerate(structure.on) if len(bars) > 1]
-    links, ground, arms = (list[Floats]() for _ in range(3))
-    for bar in range(len(structure.bars)):
-        here = [j for j in pins if bar in structure.on[j]]
-        apart = [np.abs(z[one] - z[other]) for one, other in combinations(here, 2)]
-        (ground if bar == structure.frame else links).extend(apart)
-        if bar in structure.on[family.guided]:
-            arms += [np.abs(z[j] - z[family.guided]) for j in here if j != family.guided]
-    ways = [np.ptp(at.way(k), axis=0) for k in range(len(structure.slides))]
-    nothing = np.zeros(n)
-    lengths = {
-        "size": at.extent,
-        "max_link": np.max([nothing, *links], axis=0),
-        "min_link": np.min(links, axis=0) if links else at.extent,
-        "max_ground": np.max([nothing, *ground], axis=0),
-        "max_arm": np.min(arms, axis=0) if arms else nothing,
-        "travel": np.max([nothing, *ways], axis=0),
-    }
-    drive = nothing if structure.is_pushed else np.degrees(np.ptp(at.drive, axis=0))
-    return {
-        **{name: scale * length for name, length in lengths.items()},
-        "min_transmission": at.transmission.min(0),
-        "rotation": np.degrees(np.ptp(turned, axis=0)),
-        "bars": np.full(n, float(len(structure.bars))),
-        "drive_angle": drive,
-        **_of_the_drive(family, at),
-    }
+    read = _Reading(family, at)
+    found = {name: np.asarray(getattr(read, name)) for name in names if name != "turns"}
+    return {name: scale * value if MEASURES[name].unit == LENGTH else value for name, value in found.items()}
 
 
-def _of_the_drive(family: ChainFamily, at: Poses) -> dict[str, Floats]:
-    """Measure uniformity and mechanical advantage; 0 where the drive passes a dead point."""
-    structure, z = family.structure, at.chain.z
-    with np.errstate(all="ignore"):
-        speed = np.abs(rates(at).velocity_of(family.bar, z[family.guided]))
-    bar, link = structure.driver
-    crank = np.ones(len(at.chain))
-    if not link.is_slide:
-        pins = [j for j, bars in enumerate(structure.on) if bar in bars and len(bars) > 1 and j != link.joint]
-        crank = np.max([0 * crank, *(np.abs(z[j] - z[link.joint]) for j in pins)], axis=0)
-    back = (np.diff(at.drive, axis=0) > 0).any(0) & (np.diff(at.drive, axis=0) < 0).any(0)
-    steady = np.isfinite(speed).all(0) & (speed > 0).all(0) & ~back
-    least, most = (np.where(steady, end, 1.0) for end in (speed.min(0), speed.max(0)))
-    return {
-        "uniformity": np.where(steady, least / most, 0.0),
-        "advantage": np.where(steady, crank / most, 0.0),
-    }
+@dataclass(frozen=True)
+class _Reading:
+    """The measures of n mechanisms by name, in the unit of the chains."""
+
+    family: ChainFamily
+    at: Poses
+
+    @property
+    def size(self) -> Floats:
+        return self.at.extent
+
+    @property
+    def min_transmission(self) -> Floats:
+        return np.asarray(self.at.transmission.min(0))
+
+    @property
+    def rotation(self) -> Floats:
+        turned = np.unwrap(np.angle(self.at.turn[self.family.bar]), axis=0)
+        return np.asarray(np.degrees(np.ptp(turned, axis=0)))
+
+    @property
+    def bars(self) -> Floats:
+        return np.full(len(self.at.chain), float(len(self.family.structure.bars)))
+
+    @property
+    def max_link(self) -> Floats:
+        return self._most(self._between_pins(bar) for bar in self._moving)
+
+    @property
+    def min_link(self) -> Floats:
+        links = [apart for bar in self._moving for apart in self._between_pins(bar)]
+        return np.asarray(np.min(links, axis=0)) if links else self.at.extent
+
+    @property
+    def max_ground(self) -> Floats:
+        return self._most([self._between_pins(self.family.structure.frame)])
+
+    @property
+    def max_arm(self) -> Floats:
+        on, z, guided = self.family.structure.on, self.at.chain.z, self.family.guided
+        arms = [np.abs(z[j] - z[guided]) for j in self._pins if j != guided and {*on[j]} & {*on[guided]}]
+        return np.asarray(np.min(arms, axis=0)) if arms else np.zeros(len(self.at.chain))
+
+    @property
+    def travel(self) -> Floats:
+        slides = range(len(self.family.structure.slides))
+        return self._most([[np.ptp(self.at.way(slide), axis=0) for slide in slides]])
+
+    @property
+    def drive_angle(self) -> Floats:
+        if self.family.structure.is_pushed:
+            return np.zeros(len(self.at.chain))
+        return np.asarray(np.degrees(np.ptp(self.at.drive, axis=0)))
+
+    @property
+    def uniformity(self) -> Floats:
+        """Least over largest speed; 0 where the drive passes a dead point."""
+        least, most, steady = self._speed
+        return np.where(steady, least / most, 0.0)
+
+    @property
+    def advantage(self) -> Floats:
+        """Length of the crank over the largest speed; 0 where the drive passes a dead point."""
+        bar, link = self.family.structure.driver
+        z, on = self.at.chain.z, self.family.structure.on
+        _, most, steady = self._speed
+        crank = np.ones(len(self.at.chain))
+        if not link.is_slide:
+            pins = [j for j in self._pins if bar in on[j] and j != link.joint]
+            crank = self._most([[np.abs(z[j] - z[link.joint]) for j in pins]])
+        return np.where(steady, crank / most, 0.0)
+
+    @cached_property
+    def _speed(self) -> tuple[Floats, Floats, Mask]:
+        """Least and largest speed of the point, and whether it is steady; 1 where not."""
+        drive = self.at.drive
+        with np.errstate(all="ignore"):
+            speed = np.abs(rates(self.at).velocity_of(self.family.bar, self.at.chain.z[self.family.guided]))
+        back = (np.diff(drive, axis=0) > 0).any(0) & (np.diff(drive, axis=0) < 0).any(0)
+        steady = np.isfinite(speed).all(0) & (speed > 0).all(0) & ~back
+        least, most = (np.where(steady, end, 1.0) for end in (speed.min(0), speed.max(0)))
+        return least, most, np.asarray(steady)
+
+    @property
+    def _moving(self) -> list[int]:
+        """Numbers of the moving bars."""
+        structure = self.family.structure
+        return [bar for bar in range(len(structure.bars)) if bar != structure.frame]
+
+    @property
+    def _pins(self) -> list[int]:
+        """Numbers of the joints of two bars or more."""
+        return [j for j, bars in enumerate(self.family.structure.on) if len(bars) > 1]
+
+    def _between_pins(self, bar: int) -> list[Floats]:
+        """Return the distances of the pins of a bar."""
+        z, on = self.at.chain.z, self.family.structure.on
+        here = [j for j in self._pins if bar in on[j]]
+        return [np.abs(z[one] - z[other]) for one, other in combinations(here, 2)]
+
+    def _most(self, lengths: Iterable[Iterable[Floats]]) -> Floats:
+        """Return the largest of some lengths; 0 without any."""
+        return np.asarray(np.max([np.zeros(len(self.at.chain)), *chain.from_iterable(lengths)], axis=0))
 
 
-def places_of(at: Poses, laid: Callable[[Complexes], Complexes]) -> list[Places]:
+def places_of(at: Poses, laid: Callable[[Complexes], Complexes]) -> Places:
     """Return the places of the joints and bars of mechanisms.
 
     Parameters
@@ -114,8 +180,8 @@ def places_of(at: Poses, laid: Callable[[Complexes], Complexes]) -> list[Places]
 
     Returns
     -------
-    list of Places
-        Places of each mechanism.
+    Places
+        Of n mechanisms.
     """
     structure = at.chain.structure
     with np.errstate(all="ignore"):
@@ -139,7 +205,5 @@ def places_of(at: Poses, laid: Callable[[Complexes], Complexes]) -> list[Places]
         if bar != structure.frame
         for one, other in (combinations(range(len(places)), 2) if len(places) > 1 else [(0, 0)] * len(places))
     ]
-    stood = np.concatenate(ends)
-    return [
-        Places(stood[:, i], joints[:, :, i].T, np.array(bars)[:, :, i].transpose(1, 0, 2)) for i in range(len(at.chain))
-    ]
+    axes = np.concatenate(ends).T, np.moveaxis(joints, 2, 0).swapaxes(1, 2), np.moveaxis(np.array(bars), 2, 0)
+    return Places(axes[0], axes[1], axes[2].swapaxes(1, 2))

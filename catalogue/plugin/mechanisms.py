@@ -7,7 +7,7 @@ straightest and most circular stretches of several lengths are stored, placed ov
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from ..candidates.feasibility import EXACT_DEVIATION
 from ..chains.chain import Chain
 from ..chains.circuits import ChainCircuits, circuits, followed_circuits
+from ..collections.goal import Bound, Goal
 from ..collections.results import CollectionCandidate
 from ..collections.spec import Collection, Measured, Metric, Places, Specimen, Tags
 from ..guidance.cells import Curves
@@ -24,9 +25,9 @@ from ..guidance.stretches import straightest
 from ..kinematics.circuits import TURN
 from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats, Indices
-from ..series.chain_family import ChainFamily
+from ..series.chain_family import ChainFamily, FromFourBars
 from .chain_measures import MEASURES, chain_measures, places_of
-from .refine_mechanisms import Refined, refined
+from .refine_mechanisms import Refined, on_one_leg, refined
 
 if TYPE_CHECKING:
     from ..problem.path import PathRequest
@@ -56,6 +57,8 @@ class Draws:
         Number of final rounds of moves of a stretch: one leaves its deviation 1 % too large.
     specimens : int
         Number of guides that are drawn on first use.
+    near : int
+        Number of guides of each family, near a request, to refine.
     fits : int
         Number of fits of an arc of given radius, each in the scale that the previous one gave.
     """
@@ -69,6 +72,7 @@ class Draws:
     flat: float = 50.0
     last: int = 1
     specimens: int = 1000
+    near: int = 16
     fits: int = 3
 
 
@@ -104,7 +108,9 @@ def chain_collection(name: str, title: str, source: str, families: Sequence[Chai
         special=special,
         refine=made.refine,
         starts=made.starts if any(one.from_four_bars for one in families) else None,
+        seeds=made.seeds if any(one.seeds for one in families) else None,
         mechanism=made.mechanism,
+        near=DRAWS.near,
         pinned=[one.name for one in families if not (one.structure.slides or one.structure.gears)],
         specimens=DRAWS.specimens,
     )
@@ -142,6 +148,17 @@ class _Made:
 
     def starts(self, pivots: Floats, point: Complexes, request: PathRequest) -> list[Mapping[str, Any]]:
         """Make mechanisms of four-bars, with either crank as the driving crank."""
+        makers = {name: one.from_four_bars for name, one in self.families.items() if one.from_four_bars}
+        return self._made_of_four_bars(makers, pivots, point, request)
+
+    def seeds(self, pivots: Floats, point: Complexes, request: PathRequest) -> list[Mapping[str, Any]]:
+        """Make mechanisms of four-bars whose further bars move idly."""
+        makers = {name: one.seeds for name, one in self.families.items() if one.seeds}
+        return self._made_of_four_bars(makers, pivots, point, request)
+
+    def _made_of_four_bars(
+        self, makers: Mapping[str, FromFourBars], pivots: Floats, point: Complexes, request: PathRequest
+    ) -> list[Mapping[str, Any]]:
         z = pivots[..., 0] + 1j * pivots[..., 1]
         z, point = np.concatenate([z, z[:, ::-1]]), np.tile(point, 2)
         frame = z[:, 1, 0] - z[:, 0, 0]
@@ -149,12 +166,12 @@ class _Made:
         right = ((c - b) * (1 - b).conj()).imag < 0
         b, c, p = (np.where(right, at.conj(), at) for at in (b, c, p))
         made: list[Mapping[str, Any]] = []
-        for one in self.families.values():
-            if one.from_four_bars is None:
-                continue
-            values = {name: np.asarray(column, float) for name, column in one.from_four_bars(b, c, p).items()}
+        for name, maker in makers.items():
+            one = self.families[name]
+            values = {name: np.asarray(column, float) for name, column in maker(b, c, p).items()}
             joints, along = one.placed(values)
-            chain, valid = Chain.valid(one.structure, np.abs(frame) * joints, along)
+            scale = np.resize(np.abs(frame), joints.shape[1])
+            chain, valid = Chain.valid(one.structure, scale * joints, along)
             found, kept = followed_circuits(chain, one.bar)
             rows, circle = np.flatnonzero(valid)[kept], request.kind == "circle"
             stroke = np.full(len(rows), float(request.stroke))
@@ -172,23 +189,32 @@ class _Made:
                 made.append(laid.parameters(i, {name: float(column[row]) for name, column in values.items()}))
         return made
 
-    def refine(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Mapping[str, Any]]:
-        """Reduce the deviations of mechanisms within the domains of their parameters."""
-        found = list(parameters)
-        circle = request.kind == "circle"
+    def refine(
+        self, parameters: Sequence[Mapping[str, Any]], request: PathRequest, goal: Goal
+    ) -> list[Mapping[str, Any] | None]:
+        """Move mechanisms towards a goal, within the domains of their parameters.
+
+        None for those that lead nowhere, or to a better one.
+        """
+        found: list[Mapping[str, Any] | None] = [None] * len(parameters)
+        least = Bound("min_transmission", DRAWS.transmission, np.inf, 1.0)
+        goal = replace(goal, bounds=[*goal.bounds, least, Bound("size", -np.inf, DRAWS.size, 1.0)])
         for name, one in self.families.items():
             rows = [i for i, p in enumerate(parameters) if p["family"] == name]
             if rows and one.parameters and not one.exact:
                 some = [parameters[i]["values"] for i in rows]
                 windows = np.array([parameters[i]["window"] for i in rows]).T
                 values = {key.name: np.array([p[key.name] for p in some]) for key in one.parameters}
-                better = refined(one, values, windows, circle)
-                for k, i in enumerate(rows):
-                    if better is not None and better.moved[k]:
-                        found[i] = _laid_again(one, better, k, circle) or found[i]
-        before, after = self.measure(parameters, request), self.measure(found, request)
-        pairs = zip(parameters, found, before, after, strict=True)
-        return [new if b.deviation < a.deviation else old for old, new, a, b in pairs]
+                drive, legs = on_one_leg(one, values, windows)
+                if not len(legs):
+                    continue
+                rows = [rows[k] for k in legs.tolist()]
+                values = {key: column[legs] for key, column in values.items()}
+                better = refined(one, values, drive, goal, request)
+                again = _laid_again(one, better, request.kind == "circle")
+                for i, p in zip(better.of.tolist(), again, strict=True):
+                    found[rows[i]] = p
+        return found
 
     def measure(self, parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> list[Measured]:
         """Place mechanisms along a path, and measure them there."""
@@ -272,18 +298,19 @@ class _Made:
         return found, (low, high)
 
 
-def _laid_again(one: ChainFamily, better: Refined, k: int, circle: bool) -> dict[str, Any] | None:
-    """Return the parameters of a refined mechanism; None if it does not cover its window."""
-    values = {name: float(column[k]) for name, column in better.values.items()}
-    chain, valid = one.chains({name: np.array([value]) for name, value in values.items()})
-    found, kept = followed_circuits(chain, one.bar) if valid.all() else (None, ())
-    if found is None or not len(kept):
-        return None
-    low, high = (found.phase_of(better.window[end, [k]]) for end in (0, 1))
-    if not (np.isfinite(low) & np.isfinite(high) & (low < high)).all():
-        return None
-    laid = _Laid.of(one, found, low, high, circle, None, np.ones(1))
-    return laid.parameters(0, values) if np.isfinite(laid.deviation[0]) else None
+def _laid_again(one: ChainFamily, better: Refined, circle: bool) -> list[dict[str, Any] | None]:
+    """Return the parameters of refined mechanisms; None where a window is not covered."""
+    made: list[dict[str, Any] | None] = [None] * len(better.of)
+    chain, valid = one.chains(better.values)
+    found, kept = followed_circuits(chain, one.bar)
+    rows = np.flatnonzero(valid)[kept]
+    low, high = np.sort([found.phase_of(end[rows]) for end in better.window], axis=0)
+    some = np.flatnonzero(np.isfinite(low) & (low < high))
+    laid = _Laid.of(one, found[some], low[some], high[some], circle, None, np.ones(len(some)))
+    for k, row in enumerate(rows[some].tolist()):
+        if np.isfinite(laid.deviation[k]):
+            made[row] = laid.parameters(k, {name: float(column[row]) for name, column in better.values.items()})
+    return made
 
 
 @dataclass(frozen=True)
@@ -299,7 +326,7 @@ class _Laid:
     low, high, deviation, radius : ndarray
         Phases of the path [rad]; deviation and radius there [length], NaN where it cannot be
         placed.
-    places : list of Places
+    places : Places
         Joints and bars over the stroke [length].
     """
 
@@ -313,7 +340,7 @@ class _Laid:
     deviation: Floats
     radius: Floats
     metrics: dict[str, Floats]
-    places: list[Places]
+    places: Places
 
     @classmethod
     def of(

@@ -43,6 +43,10 @@ def no_directions(p: Columns) -> Sequence[Any]:  # noqa: ARG001
     return ()
 
 
+#: Maps four-bars (n,), as crank pins, rocker pins and guided points, to parameters by name.
+FromFourBars = Callable[[Complexes, Complexes, Complexes], Columns]
+
+
 @dataclass(frozen=True)
 class ChainFamily:
     """A family of mechanisms of many bars: data and one formula.
@@ -72,6 +76,9 @@ class ChainFamily:
         of the line from the crank pin to the fixed pivot of the rocker) and the guided point,
         complex, with the fixed pivots of crank and rocker at 0 and 1. The mechanism has the scale
         of the four-bar, and the same path.
+    seeds : callable, optional
+        Like `from_four_bars`, of mechanisms whose further bars move idly; there may be several of
+        each four-bar, in turn.  Refinement starts from them.
 
     Raises
     ------
@@ -89,7 +96,8 @@ class ChainFamily:
     directions: Callable[[Columns], Sequence[Any]] = no_directions
     exact: bool = False
     special: Mapping[str, Callable[[Mapping[str, float]], bool]] = field(default_factory=dict)
-    from_four_bars: Callable[[Complexes, Complexes, Complexes], Columns] | None = None
+    from_four_bars: FromFourBars | None = None
+    seeds: FromFourBars | None = None
 
     def __post_init__(self) -> None:
         checked_name("a family of mechanisms", self.name)
@@ -108,8 +116,8 @@ class ChainFamily:
         if len({*names}) < len(names):
             raise PluginError(f"{what}: two parameters have one name")
         functions = {"pose": self.pose, "directions": self.directions, **self.special}
-        if self.from_four_bars is not None:
-            functions["from_four_bars"] = self.from_four_bars
+        made = {"from_four_bars": self.from_four_bars, "seeds": self.seeds}
+        functions |= {name: function for name, function in made.items() if function is not None}
         for name, function in functions.items():
             checked_text(f"name of a case of the {what}", name)
             if not callable(function):

@@ -2,9 +2,8 @@
 
     python tests/benchmarks/six_bars.py [--db FILE] [--limit 4]
 
-Each request is answered by four-bars, searched, and by the stored six-bars of all families, refined; both keep its
-bounds on size and transmission angle, and are ranked by deviation.  Specimens of the six-bars are drawn first where the
-database has none.
+Each request is answered by four-bars and by six-bars of all families, refined; both keep its bounds on size and
+transmission angle, and are ranked by deviation.  Specimens of the six-bars are drawn first where the database has none.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ def main() -> None:
     """Search, compare, print."""
     parser = arguments()
     parser.add_argument("--db", type=Path, help="a database (default: as of any command)")
-    parser.add_argument("--limit", type=int, default=4, help="six-bars that are refined of each request")
+    parser.add_argument("--limit", type=int, default=4, help="number of six-bars asked for")
     given = parser.parse_args()
     title("Six-bars and four-bars in one envelope")
     rows, spent = list[list[str]](), [0.0, 0.0]

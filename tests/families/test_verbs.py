@@ -53,7 +53,7 @@ def test_measure_finds_the_path_again(own: Any) -> None:
 
 @planar
 def test_improve_is_no_worse_and_keeps_the_frame(own: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(improve_chain, "MOVES", replace(improve_chain.MOVES, starts=0, repeats=1))
+    monkeypatch.setattr(improve_chain, "MOVES", improve_chain.MOVES._replace(starts=0))
     found = own.improve(StraightLine(100, 2, unit="mm"), hold="fixed-pivots")
     better = found.improved
     if better is None:

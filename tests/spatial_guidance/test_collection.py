@@ -21,6 +21,7 @@ from sqlalchemy import select
 
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.collections.goal import Goal
 from catalogue.collections.results import CollectionCandidate
 from catalogue.guides.codes import code_of, record, text_of
 from catalogue.plugin.registry import Registry
@@ -613,7 +614,9 @@ def test_a_guide_is_moved_to_another_radius(family: str) -> None:
     (own,) = COLLECTION.measure([s.parameters], CircularArc(100, 5))
     assert own.radius is not None and COLLECTION.refine is not None  # noqa: PT018
     wish = CircularArc(100, 5, radius=1.05 * own.radius)
-    before, after = COLLECTION.measure([s.parameters, *COLLECTION.refine([s.parameters], wish)], wish)
+    [moved] = COLLECTION.refine([s.parameters], wish, Goal())
+    assert moved is not None
+    before, after = COLLECTION.measure([s.parameters, moved], wish)
     assert after.deviation < 0.5 * before.deviation
 
 

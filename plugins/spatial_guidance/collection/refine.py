@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from catalogue.plugin import Array, Measured, PathRequest
+from catalogue.plugin import Array, Goal, Measured, PathRequest
 
 from .classification import classify
 from .measures import Motion, fitted, measure, run
@@ -41,8 +41,11 @@ DESCENT = Descent()
 DAMPINGS = 10.0 ** np.arange(-8, 1)
 
 
-def refine(parameters: Sequence[Parameters], request: PathRequest) -> list[Parameters]:
-    """Reduce the deviation of mechanisms from the request; keep those for which that fails."""
+def refine(parameters: Sequence[Parameters], request: PathRequest, _goal: Goal) -> list[Parameters]:
+    """Reduce the deviation of mechanisms from the request; keep those for which that fails.
+
+    Bounds are not regarded: answers are checked afterwards.
+    """
     out = list(parameters)
     for index in alike(parameters):
         for i, p in zip(index, _refined([parameters[i] for i in index], request), strict=True):
