@@ -59,6 +59,9 @@ class Draws:
         Number of guides that are drawn on first use.
     near : int
         Number of guides of each family, near a request, to refine.
+    apart : float
+        Least distance of a guided joint from the pins of its bars, where a mechanism may start from
+        one whose further bars move idly [strokes].
     fits : int
         Number of fits of an arc of given radius, each in the scale that the previous one gave.
     """
@@ -73,6 +76,7 @@ class Draws:
     last: int = 1
     specimens: int = 1000
     near: int = 16
+    apart: float = 0.05
     fits: int = 3
 
 
@@ -199,6 +203,7 @@ class _Made:
         found: list[Mapping[str, Any] | None] = [None] * len(parameters)
         least = Bound("min_transmission", DRAWS.transmission, np.inf, 1.0)
         goal = replace(goal, bounds=[*goal.bounds, least, Bound("size", -np.inf, DRAWS.size, 1.0)])
+        apart = replace(goal, bounds=[*goal.bounds, Bound("max_arm", DRAWS.apart, np.inf, 1.0)])
         for name, one in self.families.items():
             rows = [i for i, p in enumerate(parameters) if p["family"] == name]
             if rows and one.parameters and not one.exact:
@@ -210,7 +215,7 @@ class _Made:
                     continue
                 rows = [rows[k] for k in legs.tolist()]
                 values = {key: column[legs] for key, column in values.items()}
-                better = refined(one, values, drive, goal, request)
+                better = refined(one, values, drive, apart if one.seeds else goal, request)
                 again = _laid_again(one, better, request.kind == "circle")
                 for i, p in zip(better.of.tolist(), again, strict=True):
                     found[rows[i]] = p
@@ -308,7 +313,8 @@ def _laid_again(one: ChainFamily, better: Refined, circle: bool) -> list[dict[st
     some = np.flatnonzero(np.isfinite(low) & (low < high))
     laid = _Laid.of(one, found[some], low[some], high[some], circle, None, np.ones(len(some)))
     for k, row in enumerate(rows[some].tolist()):
-        if np.isfinite(laid.deviation[k]):
+        idle = one.seeds is not None and laid.metrics["max_arm"][k] < DRAWS.apart
+        if np.isfinite(laid.deviation[k]) and not idle:
             made[row] = laid.parameters(k, {name: float(column[row]) for name, column in better.values.items()})
     return made
 

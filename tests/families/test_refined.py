@@ -73,6 +73,10 @@ def test_six_bars_are_as_straight_as_the_four_bars_that_they_start_from(cat: Cat
     [four] = cat.find(TIGHT, families=["four-bar"], **bounds)
     [six] = cat.find_in("six-bars", TIGHT, quiet=True, **bounds)
     assert six.deviation < four.deviation
+    own = stretch_of(six)
+    point = np.array(own.joints[own.point])
+    others = [own.joints[name] for bar in own.bars.values() if own.point in bar for name in bar if name != own.point]
+    assert min(np.hypot(*(np.array(others) - point).T)) > 0.04 * 100  # no four-bar with a dyad that moves idly
 
 
 def test_what_is_ranked_is_lowered_within_the_tolerance(cat: Catalogue) -> None:
