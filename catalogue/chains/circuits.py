@@ -55,7 +55,7 @@ class FollowOptions:
         Numbers of steps to the end of a piece: by secants, then by bisection; the latter is more
         than a double has bits.
     nearest : float
-        Relative distance within which secants usually find that end.
+        Half the width of a bracket that secants leave to bisection, over its place [steps].
     together : float
         Distance of two minima below which they are one change point [steps].
     dead : float
@@ -74,9 +74,9 @@ class FollowOptions:
     shallow: float = 0.05
     minimum_rounds: int = 9
     minimum_samples: int = 17
-    secants: int = 10
+    secants: int = 25
     bisections: int = 60
-    nearest: float = 2e-15
+    nearest: float = 1e-15
     together: float = 1e-3
     dead: float = 1e-12
     max_pieces: int = 64
@@ -498,24 +498,22 @@ def _narrowed(function: Any, low: Floats, high: Floats) -> tuple[Floats, Floats]
     It is so at `low`, not at `high`. Secants (Illinois) come near, bisection as near as doubles do.
     """
     # a piece begins where the function is about zero: it is halved there first
-    ends, values = [low, high], [np.full(len(low), np.inf), function(high)]
+    at_low, at_high = np.full(len(low), np.inf), function(high)
     before = np.zeros(len(low), bool)
     for _ in range(FOLLOW.secants):
-        (a, b), (f, g) = ends, values
-        place = b - g * (b - a) / (g - f)
-        place = np.where((place > a) & (place < b), place, 0.5 * (a + b))
+        near = FOLLOW.nearest * np.maximum(high, 1.0)
+        wide = high - low > 2 * near
+        if not wide.any():
+            break
+        place = high - at_high * (high - low) / (at_high - at_low)
+        # beside an end that is the zero itself the bracket closes from the other side
+        place = np.clip(place, low + near, high - near)
+        place = np.where(wide & np.isfinite(place) & np.isfinite(at_low), place, 0.5 * (low + high))
         value = function(place)
         good = value >= 0
-        settled = np.abs(place - np.where(good, a, b)) <= FOLLOW.nearest * np.abs(place)
         half = np.where(good == before, 0.5, 1.0)  # of the value at the end that stays twice
-        ends = [np.where(good, place, a), np.where(good, b, place)]
-        values, before = [np.where(good, value, half * f), np.where(good, half * g, value)], good
-        if settled.all():
-            break
-    near = FOLLOW.nearest * np.abs(place)
-    inner, outer = np.maximum(place - near, ends[0]), np.minimum(place + near, ends[1])
-    low, high = ends
-    low, high = np.where(function(inner) >= 0, inner, low), np.where(function(outer) >= 0, high, outer)
+        low, high = np.where(good, place, low), np.where(good, high, place)
+        at_low, at_high, before = np.where(good, value, half * at_low), np.where(good, half * at_high, value), good
     for _ in range(FOLLOW.bisections):
         middle = 0.5 * (low + high)
         if not ((middle > low) & (middle < high)).any():

@@ -60,6 +60,10 @@ class CollectionResults(Results[CollectionCandidate]):
     collection: Collection = field(kw_only=True)
 
     @property
+    def title(self) -> str:
+        return f"{self.collection.title}: {len(self)}"
+
+    @property
     def columns(self) -> list[str]:
         return [*COLUMNS[:-1], *self.collection.metrics, COLUMNS[-1]]
 

@@ -58,8 +58,13 @@ class Results(Sequence[T]):
         """Return animated cards and a table for a notebook; for an empty result its explanation."""
         if not self.candidates:
             return element("pre", self.explain())
-        cards: str = verb("cards_html")(self.candidates, f"{type(self).__name__} of {len(self)}")
+        cards: str = verb("cards_html")(self.candidates, self.title)
         return cards
+
+    @property
+    def title(self) -> str:
+        """Title of the list in a notebook."""
+        return f"{type(self).__name__} of {len(self)}"
 
     @overload
     def __getitem__(self, index: int) -> T: ...

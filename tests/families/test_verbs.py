@@ -69,6 +69,7 @@ def test_answers_are_cards_in_a_notebook(answers_of: Callable[..., Any], name: s
     found = answers_of(name, family)[:2]
     page = ET.fromstring(f"<div>{found._repr_html_()}</div>")
     assert len(page.findall(".//{http://www.w3.org/2000/svg}svg")) == len(found)
+    assert f"{found.collection.title}: {len(found)}" in "".join(page.itertext())
     assert page.findtext(".//b") == " ".join(part for part in ("0:", found[0].series, family) if part)
     head, first, *_ = ([cell.text for cell in row] for row in page.iter("tr"))
     assert first[head.index("size")] == f"{found[0].metrics['size']:.4g}"
