@@ -20,7 +20,7 @@ from ..guides.results import ChainImprovement, Measured
 from ..kinematics.circuits import TURN
 from ..kinematics.types import Complexes, Floats
 from ..plugin.chain_measures import MEASURES, chain_measures
-from ..plugin.refine_mechanisms import on_one_leg, refined
+from ..plugin.refine_mechanisms import MOVED, on_one_leg, refined
 from ..problem.constraints import REGIONS, Constraints
 from ..problem.path import PathRequest, path_request
 from ..series.chain_family import ChainFamily
@@ -102,8 +102,8 @@ def improve_chain(
         raise InvalidRequest("mechanisms of many bars are improved along arcs below a half circle: ask for less")
     if any(request.start) or request.along:
         raise InvalidRequest("a mechanism of many bars stays where it is: give the stroke alone, without a place")
-    if not isinstance(rank_by, str) or rank_by not in ("deviation", *MEASURES):
-        known = ", ".join(["deviation", *MEASURES])
+    if not isinstance(rank_by, str) or rank_by not in ("deviation", *MOVED):
+        known = ", ".join(["deviation", *MOVED])
         raise InvalidRequest(f"mechanisms of many bars are not improved in {quoted(rank_by)}, but in {known}")
     free = _free(one, named("hold", [hold] if isinstance(hold, str) else hold))
     task = _Task(one, request, free, rank_by, _bounds(constraints, request))

@@ -27,7 +27,7 @@ from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats, Indices
 from ..series.chain_family import ChainFamily, FromFourBars
 from .chain_measures import MEASURES, chain_measures, places_of
-from .refine_mechanisms import Refined, on_one_leg, refined
+from .refine_mechanisms import MOVED, Refined, on_one_leg, refined
 
 if TYPE_CHECKING:
     from ..problem.path import PathRequest
@@ -202,7 +202,9 @@ class _Made:
         """
         found: list[Mapping[str, Any] | None] = [None] * len(parameters)
         least = Bound("min_transmission", DRAWS.transmission, np.inf, 1.0)
-        goal = replace(goal, bounds=[*goal.bounds, least, Bound("size", -np.inf, DRAWS.size, 1.0)])
+        ranked = goal.rank_by if goal.rank_by in MOVED else "deviation"
+        bounds = [*goal.bounds, least, Bound("size", -np.inf, DRAWS.size, 1.0)]
+        goal = replace(goal, rank_by=ranked, bounds=bounds)
         apart = replace(goal, bounds=[*goal.bounds, Bound("max_arm", DRAWS.apart, np.inf, 1.0)])
         for name, one in self.families.items():
             rows = [i for i, p in enumerate(parameters) if p["family"] == name]

@@ -55,6 +55,8 @@ class RefineOptions(NamedTuple):
 
 
 REFINE = RefineOptions()
+#: Measures that change with the parameters step by step, and so can be bounded and ranked here.
+MOVED = tuple(name for name in MEASURES if name not in ("bars", "turns"))
 #: Constraint that keeps parameters within their domains.
 DOMAIN = "domain"
 #: Constraint of the regions.
@@ -266,7 +268,7 @@ class ChainModel:
         limits = {(STROKE, -1.0): 1.0} if self.stroke is not None else {}
         for one in self.goal.bounds:
             for sign, end in ((-1.0, one.low), (1.0, one.high)):
-                if np.isfinite(end) and one.name in MEASURES and one.name not in ("turns", "bars"):
+                if np.isfinite(end) and one.name in MOVED:
                     inside = end / one.scale
                     inside -= sign * REFINE.inside * abs(inside)
                     limits[one.name, sign] = sign * min(sign * inside, sign * limits.get((one.name, sign), inside))
@@ -422,7 +424,7 @@ def refined(
     drive : ndarray, shape (2, n)
         Drive at both ends of their paths, from the reference pose.
     goal : Goal
-        Bounds, regions, and what is ranked.
+        Bounds, regions, and what is ranked: the deviation, or one of `MOVED`.
     request : StraightLine or CircularArc
         Path and tolerance.
     stroke : float, optional

@@ -111,3 +111,11 @@ def test_an_arc_of_a_given_radius_is_refined(cat: Catalogue) -> None:
     off = min(np.ptp(abs(path - (middle + way * rise * chord / abs(chord)))) for way in (1j, -1j))
     assert off < 5 * 0.01
     assert one.deviation <= 0.01
+
+
+def test_what_moves_cannot_change_is_ranked_as_stored(cat: Catalogue) -> None:
+    line = StraightLine(100, 1, unit="mm")
+    for rank_by in ("bars", "sweep", "turns"):
+        found = cat.find_in("six-bars", line, rank_by=rank_by, limit=2, families=["watt-1"], refine=True, quiet=True)
+        assert found
+        assert max(one.deviation for one in found) <= 1
