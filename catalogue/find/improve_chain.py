@@ -111,8 +111,14 @@ def improve_chain(
     if not any(bound.name == "size" and np.isfinite(bound.high) for bound in task.bounds):
         size = Bound("size", -np.inf, MOVES.larger * start.size, request.stroke)
         task = replace(task, bounds=[*task.bounds, size])
-    best = task.best(start, effort)
-    told = "" if best is not None else "no way found to improve it within these bounds: relax one, or hold less"
+    drive = task.drive(start)
+    best = None if drive is None else task.best(start, drive, effort)
+    if best is not None:
+        told = ""
+    elif drive is None:
+        told = "its drive passes a dead point on the stroke: ask for a part of it, or let another bar drive"
+    else:
+        told = "no way found to improve it within these bounds: relax one, or hold less"
     rows = [start, *([best] if best is not None else [])]
     return ChainImprovement(rows, told, which=("before", "improved")[: len(rows)])
 
@@ -172,22 +178,27 @@ class _Task:
         best: ChainStretch = found[0]
         return best
 
-    def best(self, start: ChainStretch, effort: int) -> ChainStretch | None:
+    def drive(self, start: ChainStretch) -> Floats | None:
+        """Return the drive at both ends of a stretch, (2, 1); None with a dead point between them."""
+        values = {one.name: np.array([0.5 * sum(one.domain[0])]) for one in self.family(start).parameters}
+        drive, legs = on_one_leg(self.family(start), values, np.array([start._window]).T)
+        return drive if len(legs) else None
+
+    def family(self, start: ChainStretch) -> ChainFamily:
+        """Return the family of the mechanisms with moved joints, in the size of the chain."""
+        places = (start.chain.z[:, 0] - centre_of(start)) / start.chain.size[0]
+        return _family(start, places, [start.chain.structure.joints.index(name) for name in self.free])
+
+    def best(self, start: ChainStretch, drive: Floats, effort: int) -> ChainStretch | None:
         """Return the best improvement of a stretch and of displaced copies; None without any."""
         if self.rank_by == "deviation" and self.cost(start) < EXACT_DEVIATION * start.stroke:
             return None
-        chain, size = start.chain, float(start.chain.size[0])
-        z, structure = chain.z[:, 0], chain.structure
-        centre = complex(z.mean())
-        family = _family(start, (z - centre) / size, [structure.joints.index(name) for name in self.free])
+        size, family = float(start.chain.size[0]), self.family(start)
         rng, count = np.random.default_rng(1), 1 + MOVES.starts * effort
         values = {}
         for parameter in family.parameters:
             middle = 0.5 * sum(parameter.domain[0])
             values[parameter.name] = middle + MOVES.scatter * np.concatenate([[0.0], rng.normal(size=count - 1)])
-        drive, legs = on_one_leg(family, {name: v[:1] for name, v in values.items()}, np.array([start._window]).T)
-        if not len(legs):
-            return None
         goal = Goal(self.rank_by, self.bounds)
         unit = float(start.stroke) / size
         found = refined(family, values, np.repeat(drive, count, axis=1), goal, self.request, unit)
@@ -196,7 +207,7 @@ class _Task:
         least = self.cost(start)
         least -= MOVES.gain * abs(least) if np.isfinite(least) else 0.0
         for column in moved.T:
-            joints = zip(structure.joints, (centre + size * column).tolist(), strict=True)
+            joints = zip(family.structure.joints, (centre_of(start) + size * column).tolist(), strict=True)
             there = {name: [at.real, at.imag] for name, at in joints if name in self.free}
             for one in self.stretches({**start.joints, **there}):
                 if (cost := self.cost(one)) < least:
@@ -227,6 +238,11 @@ class _Task:
             return one.deviation
         over = one.deviation > self.request.deviation
         return np.inf if over else found[self.rank_by] * (-1.0 if MEASURES[self.rank_by].more else 1.0)
+
+
+def centre_of(one: OwnChain) -> complex:
+    """Return the mean of the joints in the given pose."""
+    return complex(one.chain.z[:, 0].mean())
 
 
 def _family(one: OwnChain, places: Complexes, free: Sequence[int]) -> ChainFamily:

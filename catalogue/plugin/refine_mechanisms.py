@@ -27,7 +27,7 @@ from ..kinematics.batch import Rows, put
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.path import PathRequest
 from ..refine.model import Judged
-from ..refine.quantities import Pieces
+from ..refine.quantities import NONE, Pieces
 from ..refine.sqp import Refinement
 from ..refine.subproblem import Subproblem, at_peaks, centred, distance
 from ..series.chain_family import ChainFamily
@@ -363,7 +363,7 @@ def _in_domain(chains: Chains, unit: Floats, width: int) -> Pieces:
     slope = np.zeros((n, 2 * p, width))
     for k in range(p):
         slope[:, k, k], slope[:, p + k, k] = unit[:, k], -unit[:, k]
-    return Pieces(np.maximum(value, -1e3), slope)
+    return Pieces(np.maximum(value, NONE), slope)
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,38 @@ def test_an_arc_of_a_radius_is_approached() -> None:
     assert found.improved.deviation < 0.9 * found.before.deviation
 
 
+@pytest.mark.slow
+def test_other_bounds_and_rankings_are_kept() -> None:
+    mine = mechanism(KLANN)
+    found = mine.improve(
+        StraightLine(30, 0.5), rank_by="min_transmission", max_size=120, max_link=60, min_uniformity=0.3
+    )
+    assert found.improved is not None
+    better = found.improved
+    assert better.min_transmission > 1.5 * found.before.min_transmission
+    assert better.deviation <= 0.5
+    assert better.size <= 120
+    moving = [bar for name, bar in better.bars.items() if name != "frame"]
+    pins = {name for bar in better.bars.values() for name in bar if sum(name in b for b in better.bars.values()) > 1}
+    apart = [
+        np.hypot(*(np.array(better.joints[one]) - better.joints[other]))
+        for bar in moving
+        for one in {*bar} & pins
+        for other in {*bar} & pins
+    ]
+    assert max(apart) <= 60
+    smaller = mine.improve(StraightLine(30, 2), rank_by="size")
+    assert smaller.improved is not None
+    assert smaller.improved.size < 0.8 * smaller.before.size
+
+
+@pytest.mark.slow
+def test_a_stroke_over_a_dead_point_of_the_drive_is_told() -> None:
+    found = mechanism({**CHEBYSHEV, "drive": "rocker"}).improve(StraightLine(4.5, 0.05))
+    assert found.improved is None
+    assert "its drive passes a dead point on the stroke" in found.explain()
+
+
 def test_an_exact_mechanism_is_not_improved() -> None:
     found = mechanism(PEAUCELLIER).improve(StraightLine(3, 0.01))
     assert found.improved is None
