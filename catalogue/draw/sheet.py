@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -175,7 +174,7 @@ def _deviation(axes: Axes, guide: Candidate | ChainStretch) -> None:
     said = (
         f"exact {nominal}: no deviation but rounding"
         if exact
-        else f"deviation × {_times(times)}  from the {nominal}, drawn {_times(times)} times as large as the {along}"
+        else f"deviation from the {nominal}, drawn {plain(times)} times as large as the {along}"
     )
     axes.set_title(said, loc="left", family=SANS, size=8, color=INK, pad=4, gid="magnification")
     if not exact:
@@ -191,13 +190,6 @@ def _deviation(axes: Axes, guide: Candidate | ChainStretch) -> None:
         spine.set_visible(name == "bottom")
         spine.set(color=GREY, linewidth=0.8)
     axes.tick_params(labelsize=7.5, labelcolor=GREY, color=GREY, width=0.8, length=3, labelfontfamily=SANS)
-    axes.tick_params(axis="y", length=0)
-
-
-def _times(value: float) -> str:
-    """Format a magnification, large ones with a power of ten."""
-    if value < 1e5:
-        return f"{value:g}"
-    power = math.floor(math.log10(value) + 1e-9)
-    digit = round(value / 10.0**power)
-    return rf"$10^{{{power}}}$" if digit == 1 else rf"${digit}\times 10^{{{power}}}$"
+    axes.tick_params(
+        axis="y", length=0, labelsize=7.5 if exact or tick >= 1e-4 else 6.5
+    )  # as powers of ten they are long

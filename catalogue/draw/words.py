@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: Deviation below which a guide counts as exact [strokes]: it is rounding.
 EXACT_DEVIATION = 1e-12
+#: Digits and sign of an exponent.
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Names of families in titles.
 FAMILIES = {
     "four-bar": "four-bar linkage",
@@ -101,9 +103,11 @@ def places(guide: Guide, unit: str) -> list[str]:
 
 
 def plain(value: float) -> str:
-    """Format a number with three digits, small ones as a power of ten in matplotlib's notation."""
+    """Format a number with three digits, small and large ones with a power of ten."""
     size = abs(value)
-    if size >= 1e-4 or not size:
+    if 1e-4 <= size < 1e5 or not size:
         return f"{value:.3g}".replace("-", "−")
-    power = math.floor(math.log10(size))
-    return rf"${value / 10**power:.2f}\times 10^{{{power}}}$"
+    digits, power = f"{value:.2e}".split("e")
+    digits = digits.rstrip("0").rstrip(".").replace("-", "−")
+    ten = "10" + str(int(power)).translate(RAISED)
+    return ten if digits == "1" else f"{digits} × {ten}"
