@@ -42,7 +42,8 @@ class Goal:
     bounds : sequence of Bound
     outside : callable, optional
         Tells how far the places of n mechanisms, in strokes, leave their regions, (n,); negative
-        inside.
+        inside. The path runs from 0 to 1; of mechanisms that keep their scale and place, places are
+        in the frame of their family.
     """
 
     rank_by: str = "deviation"

@@ -59,8 +59,7 @@ class Regions:
 
         It is negative inside. `places` are in strokes.
         """
-        excess = [np.max([*_excess(places, wanted).values()], axis=0) for wanted in self.images.values()]
-        return np.asarray(np.min(excess, axis=0))
+        return np.asarray(np.min([outside(places, wanted) for wanted in self.images.values()], axis=0))
 
     def best_image(self, places: Places) -> Image:
         """Select the mirror image of least excess; ties go to the given one."""
@@ -74,6 +73,11 @@ class Regions:
                 best = image
         assert best is not None  # the given image is one of them
         return best
+
+
+def outside(places: Places, wanted: Constraints) -> Floats:
+    """Return how far places of n mechanisms leave regions, (n,), in their unit; negative inside."""
+    return np.asarray(np.max([*_excess(places, wanted).values()], axis=0))
 
 
 def _excess(places: Places, wanted: Constraints) -> dict[str, Floats]:

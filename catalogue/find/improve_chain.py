@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..candidates.feasibility import EXACT_DEVIATION
+from ..candidates.feasibility import EXACT_DEVIATION, WEIGHTS
 from ..collections.bounds import bounds, with_constraints
 from ..collections.goal import Bound, Goal
+from ..collections.spec import Places
 from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..given import names as named
 from ..given import whole
@@ -19,12 +21,13 @@ from ..guides.own_chain import GRID, OwnChain
 from ..guides.results import ChainImprovement, Measured
 from ..kinematics.circuits import TURN
 from ..kinematics.types import Complexes, Floats
-from ..plugin.chain_measures import MEASURES, chain_measures
+from ..plugin.chain_measures import MEASURES, chain_measures, places_of
 from ..plugin.refine_mechanisms import MOVED, on_one_leg, refined
-from ..problem.constraints import REGIONS, Constraints
+from ..problem.constraints import Constraints
 from ..problem.path import PathRequest, path_request
 from ..series.chain_family import ChainFamily
 from ..series.series import Parameter
+from .chain_regions import outside
 from .measure import measure
 
 #: Name that holds all joints of the frame.
@@ -73,8 +76,8 @@ def improve_chain(
     effort : int
         Multiple of the usual number of starts.
     **constraints
-        Bounds on what is measured, such as `max_size`, `min_transmission`, `max_link`; others are
-        refused.
+        Bounds on what is measured, such as `max_size`, `min_transmission`, `max_link`, and regions
+        in the frame of the mechanism, such as `fixed_pivots_in`; others are refused.
 
     Returns
     -------
@@ -106,7 +109,8 @@ def improve_chain(
         known = ", ".join(["deviation", *MOVED])
         raise InvalidRequest(f"mechanisms of many bars are not improved in {quoted(rank_by)}, but in {known}")
     free = _free(one, named("hold", [hold] if isinstance(hold, str) else hold))
-    task = _Task(one, request, free, rank_by, _bounds(constraints, request))
+    wanted = Constraints.of(constraints)
+    task = _Task(one, request, free, rank_by, _bounds(wanted, request), wanted)
     start = task.before()
     if not any(bound.name == "size" and np.isfinite(bound.high) for bound in task.bounds):
         size = Bound("size", -np.inf, MOVES.larger * start.size, request.stroke)
@@ -123,12 +127,10 @@ def improve_chain(
     return ChainImprovement(rows, told, which=("before", "improved")[: len(rows)])
 
 
-def _bounds(given: Mapping[str, Any], request: PathRequest) -> list[Bound]:
-    """Return the bounds on measures; refuse other constraints."""
-    wanted = Constraints.of(given)
-    for name in wanted.active():
-        if name in (*REGIONS, "keep_out", "pins_only"):
-            raise InvalidRequest(f"{name} is no bound on the improvement of a mechanism of many bars: leave it out")
+def _bounds(wanted: Constraints, request: PathRequest) -> list[Bound]:
+    """Return the bounds on measures; refuse other constraints but regions."""
+    if wanted.pins_only:
+        raise InvalidRequest("pins_only is no bound on the improvement of a mechanism of many bars: leave it out")
     what = "a mechanism of many bars"
     return bounds(what, MEASURES, request.stroke, with_constraints(what, MEASURES, {}, wanted))
 
@@ -155,6 +157,7 @@ class _Task:
     free: list[str]
     rank_by: str
     bounds: Sequence[Bound]
+    wanted: Constraints
 
     @property
     def curved(self) -> bool:
@@ -199,7 +202,7 @@ class _Task:
         for parameter in family.parameters:
             middle = 0.5 * sum(parameter.domain[0])
             values[parameter.name] = middle + MOVES.scatter * np.concatenate([[0.0], rng.normal(size=count - 1)])
-        goal = Goal(self.rank_by, self.bounds)
+        goal = Goal(self.rank_by, self.bounds, partial(self.outside, centre_of(start)) if self.wanted.regions else None)
         unit = float(start.stroke) / size
         found = refined(family, values, np.repeat(drive, count, axis=1), goal, self.request, unit)
         moved, _ = family.placed(found.values)
@@ -229,11 +232,21 @@ class _Task:
         turns = {"turns": float(one.circuit.kind[0] == TURN)} if "turns" in names else {}
         return {name: float(value[0]) for name, value in found.items()} | turns
 
+    def outside(self, origin: complex, places: Places) -> Floats:
+        """Return how far places, in strokes from an origin, leave the regions [strokes]."""
+        stroke = self.request.stroke
+        there = (origin + stroke * z for z in (places.fixed, places.joints, places.bars))
+        return outside(Places(*there), self.wanted) / stroke
+
     def cost(self, one: ChainStretch) -> float:
         """Return the ranked number, less is better; infinite where a bound is violated."""
         found = self.measures(one)
         if not all(bound.holds(found[bound.name]) for bound in self.bounds):
             return np.inf
+        if self.wanted.regions:
+            at = one.circuit.poses(np.linspace(*one._window, GRID.positions)[:, None])
+            if outside(places_of(at, lambda z: z), self.wanted)[0] > WEIGHTS.rounding * one.stroke:
+                return np.inf
         if self.rank_by == "deviation":
             return one.deviation
         over = one.deviation > self.request.deviation

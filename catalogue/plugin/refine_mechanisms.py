@@ -256,9 +256,12 @@ class ChainModel:
         return None if self.curvature == 0 else -self.curvature * np.sign(z[len(z) // 2].imag)
 
     def _outside(self, found: Poses) -> Floats:
+        assert self.goal.outside is not None
+        if self.stroke is not None:
+            unit = self.stroke
+            return self.goal.outside(places_of(found, lambda at: at / unit))
         z = found.joint(self.family.guided)
         start, chord = z[0], _chord(z)
-        assert self.goal.outside is not None
         return self.goal.outside(places_of(found, lambda at: (at - start) / chord))
 
     # -- bounds and ranking ----------------------------------------------------------------

@@ -181,7 +181,6 @@ def test_improve_prints_before_and_after_and_saves_them(run: Run, leg: Path, tmp
         (["--hold", "Q"], "there is no joint 'Q' to hold; there are O, D, B"),
         (["--hold", "crank1"], "there is no joint 'crank1' to hold"),
         (["--pins-only"], "pins_only is no bound on the improvement of a mechanism of many bars"),
-        (["--fixed-pivots-in", 0, 0, 9, 9], "fixed_pivots_in is no bound on the improvement"),
         (["--rank-by", "score"], "are not improved in 'score', but in deviation, size, min_transmission"),
         (["--in-place"], "--in-place is for a linkage of two dyads"),
         (["--catalogue"], "--catalogue is for a linkage of two dyads"),

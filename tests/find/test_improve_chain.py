@@ -110,6 +110,22 @@ def test_other_bounds_and_rankings_are_kept() -> None:
 
 
 @pytest.mark.slow
+def test_joints_move_into_a_region() -> None:
+    mine = mechanism(KLANN)
+    low, high = (np.array([*mine.joints.values()]).min(0), np.array([*mine.joints.values()]).max(0))
+    fixed = np.array([mine.joints[name] for name in mine.bars["frame"]])
+    inner = np.array([4, 2])
+    box = (*(fixed.min(0) + inner), *(fixed.max(0) - inner))  # a pivot leaves its place for it
+    assert (fixed < box[:2]).any()
+    found = mine.improve(StraightLine(30, 0.3), fixed_pivots_in=box, max_size=2 * np.hypot(*(high - low)))
+    assert found.improved is not None
+    there = np.array([found.improved.joints[name] for name in mine.bars["frame"]])
+    assert (there >= np.array(box[:2]) - 1e-6).all()
+    assert (there <= np.array(box[2:]) + 1e-6).all()
+    assert found.improved.deviation < 0.3
+
+
+@pytest.mark.slow
 def test_a_stroke_over_a_dead_point_of_the_drive_is_told() -> None:
     found = mechanism({**CHEBYSHEV, "drive": "rocker"}).improve(StraightLine(4.5, 0.05))
     assert found.improved is None
