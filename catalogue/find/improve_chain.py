@@ -182,7 +182,7 @@ class _Task:
         return best
 
     def drive(self, start: ChainStretch) -> Floats | None:
-        """Return the drive at both ends of a stretch, (2, 1); None with a dead point between them."""
+        """Return the drive at both ends of a stretch, (2, 1); None over a dead point."""
         values = {one.name: np.array([0.5 * sum(one.domain[0])]) for one in self.family(start).parameters}
         drive, legs = on_one_leg(self.family(start), values, np.array([start._window]).T)
         return drive if len(legs) else None

@@ -36,6 +36,8 @@ MEASURES = {
     "advantage": Metric("least force along the path over force at the crank pin", "1", more=True, minor=True),
     "turns": Metric("1 if the drive turns fully, else 0", "1", more=True, minor=True),
 }
+#: Measure that is small where further bars move idly.
+ARM = "max_arm"
 
 
 def chain_measures(

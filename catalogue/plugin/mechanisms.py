@@ -26,7 +26,7 @@ from ..kinematics.circuits import TURN
 from ..kinematics.motion import Pose
 from ..kinematics.types import Complexes, Floats, Indices
 from ..series.chain_family import ChainFamily, FromFourBars
-from .chain_measures import MEASURES, chain_measures, places_of
+from .chain_measures import ARM, MEASURES, chain_measures, places_of
 from .refine_mechanisms import MOVED, Refined, on_one_leg, refined
 
 if TYPE_CHECKING:
@@ -205,7 +205,7 @@ class _Made:
         ranked = goal.rank_by if goal.rank_by in MOVED else "deviation"
         bounds = [*goal.bounds, least, Bound("size", -np.inf, DRAWS.size, 1.0)]
         goal = replace(goal, rank_by=ranked, bounds=bounds)
-        apart = replace(goal, bounds=[*goal.bounds, Bound("max_arm", DRAWS.apart, np.inf, 1.0)])
+        apart = replace(goal, bounds=[*goal.bounds, Bound(ARM, DRAWS.apart, np.inf, 1.0)])
         for name, one in self.families.items():
             rows = [i for i, p in enumerate(parameters) if p["family"] == name]
             if rows and one.parameters and not one.exact:
@@ -315,7 +315,7 @@ def _laid_again(one: ChainFamily, better: Refined, circle: bool) -> list[dict[st
     some = np.flatnonzero(np.isfinite(low) & (low < high))
     laid = _Laid.of(one, found[some], low[some], high[some], circle, None, np.ones(len(some)))
     for k, row in enumerate(rows[some].tolist()):
-        idle = one.seeds is not None and laid.metrics["max_arm"][k] < DRAWS.apart
+        idle = one.seeds is not None and laid.metrics[ARM][k] < DRAWS.apart
         if np.isfinite(laid.deviation[k]) and not idle:
             made[row] = laid.parameters(k, {name: float(column[row]) for name, column in better.values.items()})
     return made
