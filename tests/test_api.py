@@ -97,8 +97,8 @@ FIND = {
 }
 DWELL = {name: FIND[name] for name in ("request", "limit", "effort", *DwellArguments.__annotations__)}
 SPECIMENS = {name: FIND[name] for name in ("request", "limit", "effort", "families", "series")}
-SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY, "refine": SWITCH | NOTHING}
-SPECIMENS |= {"quiet": SWITCH}
+SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY}
+SPECIMENS |= {"quiet": SWITCH, "refine": SWITCH | NOTHING}
 BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "engine": NONE, "report": NONE}
 CLASSIFY = {"linkage": NONE, "tolerance": NOTHING, "plugins": EMPTY}
 LINES = dict.fromkeys(("stroke", "deviation", "start", "along"), NONE) | {"unit": NOTHING}

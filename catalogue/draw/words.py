@@ -106,7 +106,7 @@ def plain(value: float) -> str:
     """Format a number with three digits, small and large ones with a power of ten."""
     size = abs(value)
     if 1e-4 <= size < 1e5 or not size:
-        return f"{value:.3g}".replace("-", "−")
+        return f"{float(f'{value:.3g}'):g}".replace("-", "−")
     digits, power = f"{value:.2e}".split("e")
     digits = digits.rstrip("0").rstrip(".").replace("-", "−")
     ten = "10" + str(int(power)).translate(RAISED)

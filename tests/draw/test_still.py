@@ -118,7 +118,7 @@ def test_deviation_is_magnified_by_what_the_strip_says(made: Candidate) -> None:
     if made is EXACT:
         assert said == "exact straight line: no deviation but rounding"
         return
-    (times,) = re.findall(r"^deviation × (\d+)  from", said)
+    (times,) = re.findall(r"^deviation from the .*, drawn (\d+) times as large as the", said)
     nought, *sides = [line.get_ydata()[0] for line in strip.lines if np.ptp(line.get_ydata()) == 0]
     np.testing.assert_allclose([nought, *sides], [0, -made.deviation, made.deviation], rtol=2e-3)
     along, across = (np.diff(strip.transData.transform([(0, 0), ends]), axis=0)[0] for ends in ((1, 0), (0, 1)))
