@@ -78,8 +78,8 @@ def improve(
 ) -> None:
     """Optimise a given linkage from where it is, under the constraints of `find`.
 
-    --hold keeps what must stay. Of a mechanism of many bars the joints are moved, --hold names
-    joints, and --rank-by and bounds such as --max-size take what is measured of it.
+    --hold keeps what must stay. Of a mechanism of many bars the joints are moved: --hold names
+    joints, --rank-by a measure such as size, and regions are in its own frame.
 
     \b
     catalogue improve mine.json --stroke 120 --deviation 0.2 --hold fixed-pivots
