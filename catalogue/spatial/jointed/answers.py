@@ -1,4 +1,4 @@
-"""Read guided bodies, answers of the collection ``spatial-guidance``, as tables of a file."""
+"""Convert guided bodies, answers of the collection ``spatial-guidance``, to tables of a file."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ def answers_in(given: Any) -> list[dict[str, Any]]:
 def tables(given: Any, answer: int, file: str) -> dict[str, Any]:
     """Convert a guided body to the tables of a file: guides, drives, the guided point.
 
-    The design pose is the start of the stroke.  Drives are the driving coordinates, by the numbers
-    of their points; the title says from where to where they go, as `spatial sweep` takes it.
+    The design pose is the start of the stroke.  Drives are the driving coordinates, named by the
+    numbers of their points; the title gives their ranges in the syntax of `spatial sweep`.
 
     Parameters
     ----------
     given : list or dict
-        As JSON holds it.
+        Parsed JSON.
     answer : int
-        Which of several, from 1.
+        Number of the answer in the file, from 1.
     file : str
         For messages.
 
     Raises
     ------
     InvalidRequest
-        If there are not so many answers, or one is no guided body.
+        If the file has no answer of that number, or it is no guided body.
     """
     every = answers_in(given)
     held = every[whole("answer", answer, 1, len(every)) - 1]
@@ -93,10 +93,10 @@ def _is_guided(parameters: Any) -> bool:
 
 
 def _shown(path: Any, drivers: list[tuple[int, str]], located: Any, guides: list[dict[str, Any]]) -> Any:
-    """Return ends (k, 2) of driving coordinates, angles in degrees, from the located start on.
+    """Return start and end (k, 2) of the driving coordinates, angles in degrees.
 
-    Angles of a chart are known but for half turns: a plane's distance from the pole may be
-    negative.
+    The start is the located one.  Angles of a chart are known up to half turns: a plane's distance
+    from the pole may be negative.
     """
     out = path.copy()
     for row, (i, axis) in zip(out, drivers, strict=True):
@@ -110,7 +110,7 @@ def _shown(path: Any, drivers: list[tuple[int, str]], located: Any, guides: list
 
 
 def _seat(guide: dict[str, Any], shape: list[float], at: Any) -> tuple[Any, tuple[float, ...]]:
-    """Return the place (3,) of a point on a guide, and its located coordinates."""
+    """Return the position (3,) of a point on a guide, and its coordinates there."""
     placed = Guides(guide["kind"], shape, guide["origin"], guide["quaternion"])
     kind, _, parameters = placed.each()[0]
     u, w = (np.atleast_1d(np.nan_to_num(v)) for v in at)
@@ -120,6 +120,6 @@ def _seat(guide: dict[str, Any], shape: list[float], at: Any) -> tuple[Any, tupl
 
 
 def _placed(body: Any, world: Any) -> tuple[Any, Any]:
-    """Fit the rotation and translation from points of the body to their places."""
+    """Fit the rotation and translation that carry points of the body to their positions."""
     turn = matrix(fitted(*(v.reshape(-1, 3, 1) for v in (body, world))))[:, :, 0]
     return turn, world.mean(0) - turn @ body.mean(0)

@@ -1,6 +1,6 @@
-"""Assemblies at a value of the drive, by Newton's method from random poses.
+"""Search for assemblies at a value of the drive, by Newton's method from random poses.
 
-Random starts cannot prove that nothing was missed; how often each assembly was found says how
+Random starts cannot prove that all assemblies were found; the number of hits of each says how
 likely that is.
 """
 
@@ -17,11 +17,11 @@ from .newton import newton
 from .system import System
 from .tree import CURVE, FREE, PRISMATIC, REVOLUTE, SURFACE
 
-#: Poses are one if what tells them apart differs by less.
+#: Largest difference of the signatures of one pose.
 SAME = 1e-6
-#: How far conditions may be missed [units]: Newton's method ends far below.
+#: Largest residual of a closed assembly [units]; Newton's method ends far below it.
 CLOSED = 1e-9
-#: How far slides and free bodies may be from the design pose, in the size of the mechanism.
+#: Largest distance of slides and free bodies from the design pose [sizes of the mechanism].
 FAR = 1.5
 
 
@@ -32,16 +32,16 @@ class FoundAssemblies:
     Attributes
     ----------
     motion : Motion
-        One pose for each, that of the design first if it is among them.
+        One pose of each assembly; the design pose comes first if it is among them.
     hits : ndarray, shape (a,)
-        How many of the random starts came to it.
+        Number of random starts that converged to each assembly.
     starts, fruitless : int
-        Starts, and how many of them came after the last that found an assembly.
+        Number of starts; number of those after the last new assembly.
     even : bool
-        Whether assemblies are even in number, as they are where links and ball joints or revolutes
-        close the loops; an odd number then means that one was missed, or that two coincide.
+        Whether the number of assemblies must be even: links, ball joints or revolutes close the
+        loops. If the number found is odd, one was missed or two coincide.
     wanted : int
-        How often each was to be found.
+        Requested number of hits of each assembly.
     """
 
     motion: Motion
@@ -56,13 +56,11 @@ class FoundAssemblies:
 
     @property
     def scarce(self) -> int:
-        """How many were found less often than was wanted: where there are any, others may be
-        missing.
-        """
+        """Number of assemblies with fewer hits than requested: above 0, others may be missing."""
         return int((self.hits < self.wanted).sum())
 
     def remarks(self) -> list[str]:
-        """Return how sure the count is, one line each."""
+        """Return remarks on the completeness of the count, one line each."""
         lines = [f"{len(self.hits)} found by {self.starts} random starts, none new by the last {self.fruitless}"]
         if self.scarce:
             lines.append(
@@ -78,10 +76,10 @@ class FoundAssemblies:
 
 
 def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int, int]:
-    """Search assemblies: states (a, numbers), hits, starts, fruitless starts.
+    """Search for assemblies; return states (a, numbers), hits, starts and fruitless starts.
 
-    128 starts are made at first, then twice as many, until each assembly was found `hits` times or
-    `most` were made.
+    The first round has 128 starts; each round doubles their number, until each assembly has `hits`
+    hits or `most` starts are made.
     """
     draw, made, batch = np.random.default_rng(seed), 0, 128
     states, names = np.empty((0, curve.system.numbers)), np.empty((0, 0))
@@ -113,7 +111,7 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
 
 
 def closed(system: System, y: Array) -> Array:
-    """Check states (n, numbers) against all conditions and for reversed joints."""
+    """Return whether states (n, numbers) meet all conditions, without reversed joints."""
     with np.errstate(all="ignore"):
         rotation, shift = system.poses(y)
         ends, vectors = system.attached(rotation, shift)

@@ -1,7 +1,7 @@
-"""What chassis engineers read off the motion of a wheel carrier.
+"""Kinematic characteristics of a wheel: toe, camber, steering axis, support angles.
 
-Columns are in vehicle axes of ISO 8855, whatever those of the points: x forward, y to the left,
-z up; the middle plane of the vehicle is y = 0.  Angles in degrees.
+Columns are in the vehicle axes of ISO 8855, also where points are given in others: x forward, y to
+the left, z up; the middle plane of the vehicle is y = 0.  Angles are in degrees.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .hard_points import numbers
 from .instant import Instant, instant
 from .motion import Motion
 
-#: Signs by which coordinates in vehicle axes are those of ISO 8855: x forward, y to the left, z up.
+#: Factors that convert coordinates in vehicle axes to ISO 8855: x forward, y to the left, z up.
 AXES = {
     "ISO 8855": (1.0, 1.0, 1.0),
     "SAE": (1.0, -1.0, -1.0),
@@ -32,11 +32,10 @@ AXES = {
 }
 #: Sides of the vehicle.
 SIDES = ("left", "right")
-#: Least part of the radius by which a contact point is below its wheel centre: camber and caster
-#: hide less.
+#: Least height of the wheel centre above its contact point [radii]; camber and caster reduce it by
+#: less.
 BELOW = 0.9
-#: Largest part of the radius by which the contact point may be off it: hard points are given to a
-#: millimetre.
+#: Largest error of the contact point's distance [radii]: hard points are given to a millimetre.
 OFF = 0.02
 
 
@@ -50,16 +49,15 @@ class Wheel(Stated):
         The body that carries it.
     centre : array-like, shape (3,), or (n, 3) of a batch
     axis : array-like, shape (3,), or (n, 3)
-        Along the axis of rotation, either way.
+        Direction of the axis of rotation; either sense.
     radius : float
-        Of the tyre under load; 0 for the distance of `contact` from the centre.
+        Radius of the tyre under load; 0: the distance of `contact` from the centre.
     contact : array-like, shape (3,), optional
-        Where the tyre stands on the ground, in the design pose.  It must be below the centre, at
-        the radius.
+        Contact point of the tyre on the ground, in the design pose; one radius below the centre.
     axes : str
-        Vehicle axes in which all points are given, a key of `AXES`.
+        Vehicle axes of all given points, a key of `AXES`.
     side : str, optional
-        ``"left"`` or ``"right"``, which the axes must agree with.
+        ``"left"`` or ``"right"``; must agree with the axes.
 
     Raises
     ------
@@ -90,7 +88,7 @@ class Wheel(Stated):
 
     @property
     def signs(self) -> Array:
-        """Signs (3,) that turn coordinates of `axes` into ISO 8855."""
+        """Factors (3,) that convert coordinates in `axes` to ISO 8855."""
         return np.array(AXES[self.axes])
 
     def beside(self) -> Array:
@@ -134,28 +132,28 @@ def kinematics(
         Over any drives: travel, steering, a spring, or several of them.
     wheel : Wheel
     steer : scalar, optional
-        What steers the wheel, such as the Joint of the rack; needs not be in the motion.  It gives
-        caster, kingpin inclination, scrub radius and trail, and is held where travel moves the
-        wheel.
+        Scalar that steers the wheel, such as the Joint of the rack; it need not be in the motion.
+        Caster, kingpin inclination, scrub radius and trail need it; it is held in wheel travel.
     spring : scalar or sequence of scalars
-        What keeps its value while the wheel is steered: the Length of the spring, the Joint of an
-        arm.  Without it the arms on revolute joints that carry the wheel by ball joints stand
-        still; without those the height of the wheel centre keeps its value.
+        Scalars held while the wheel is steered: the Length of the spring, the Joint of an arm.
+        Default: the joints of the arms that carry the wheel by ball joints; without such arms the
+        height of the wheel centre.
     beside : sequence of scalars
-        What stands still too where travel alone leaves the wheel free, as roll does of a rigid
-        axle; without any, what the motion holds.
+        Scalars held in addition where travel leaves the wheel another freedom, such as the roll of
+        a rigid axle.  Default: those that the motion holds.
 
     Returns
     -------
     pandas.DataFrame
         One row per pose, of a batch indexed by mechanism and pose; `columns.WHEEL` defines the
-        columns and what is held.  A column is NaN where that does not determine it;
+        columns and the held scalars.  A column is NaN where these do not determine it;
         ``attrs["reasons"]`` says why, by heading.
 
     Raises
     ------
     InvalidRequest
-        If a scalar means nothing, or the wheel is not one for all nor one for each of a batch.
+        If a scalar is not one of the mechanism, or there is neither one wheel nor one per
+        mechanism.
     """
     instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
     springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
@@ -208,7 +206,7 @@ class Seat(NamedTuple):
         return np.asarray(np.degrees(np.arctan2(self.axis[0], self.side * self.axis[1])))
 
     def moved(self, motion: Instant) -> tuple[Array, Array, Array]:
-        """Compute how the wheel turns, leans and rolls off its contact point.
+        """Compute the rates of steering angle and camber, and the velocity of the contact point.
 
         Parameters
         ----------
@@ -297,7 +295,7 @@ def _in_steering(
 
 
 def height(wheel: Wheel) -> Travel:
-    """Return the travel of a wheel centre upwards."""
+    """Return the vertical travel of a wheel centre, positive upwards."""
     return Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2]))
 
 
@@ -311,7 +309,8 @@ def seen(
 ) -> Instant:
     """Compute the motion of a wheel per unit of a scalar, in ISO 8855.
 
-    Where that leaves the wheel free, scalars `beside`, or what the motion holds, stand still too.
+    Scalars `still` are held.  If these leave the wheel another freedom, `beside` are held too, or
+    by default the scalars that the motion holds.
     """
     signs = wheel.signs[:, None]
     at = centre * signs
@@ -334,7 +333,7 @@ def _arms(motion: Motion, carrier: str) -> list[Joint]:
 def axis_of(moved: Instant, at: Array) -> tuple[Array, Array, Array]:
     """Return the instant screw axis of a body: direction, point next to `at`, both (3, s), pitch.
 
-    Of a translation the direction is that of the velocity, the point `at` and the pitch infinite.
+    For a translation: the direction of the velocity, the point `at`, infinite pitch.
     """
     velocity, spin = moved.velocity, moved.spin
     square = (spin * spin).sum(0)

@@ -15,7 +15,7 @@ from .named_points import DIRECTIONS, PLACES
 BODIES = ("body", "on", "a", "b", "carrier")
 #: Fields that name drives.
 DRIVES = ("scalar", "of", "steer", "spring")
-#: Kinds of tables that occur once a side.
+#: Kinds of tables that occur once per side.
 SIDED = (
     "link",
     "revolute",
@@ -36,22 +36,22 @@ TURNING = ("revolute", "cylindrical", "screw")
 
 
 def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
-    """Mirror the tables of one wheel: bodies, names and drives get ``left`` and ``right`` in front.
+    """Mirror the tables of one wheel; prefix bodies, names and drives by ``left`` and ``right``.
 
-    Tables with ``once = true`` stand on both sides' common bodies, `shared`, and stay as they are.
-    Drives ``heave`` and ``roll``, mean and difference of both travels, are added.
+    Tables with ``once = true`` refer to bodies that both sides share (`shared`) and are kept
+    unchanged.  Drives ``heave`` and ``roll``, mean and difference of both travels, are added.
 
     Parameters
     ----------
     given : mapping
-        The tables of a file, with coordinates in the place of names.
+        The tables of a file, with names replaced by coordinates.
     file : str
         For messages.
 
     Raises
     ------
     InvalidRequest
-        If the file is not that of one wheel, or has a guide, a fit or a transmission.
+        If the file does not describe one wheel, or has a guide, a fit or a transmission.
     """
     wheel, drives = given.get("wheel"), given.get("drive", {})
     if not isinstance(wheel, dict) or not all(isinstance(one, dict) for one in drives.values()):
@@ -109,7 +109,7 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
 
 
 def one_side(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Drop from the tables of a file what matters to both sides alone."""
+    """Remove the entries of a file that concern both sides."""
     out = {k: v for k, v in given.items() if k not in ("both", "shared")}
     for kind in SIDED:
         if isinstance(out.get(kind), list):
@@ -126,7 +126,7 @@ def _once(table: Mapping[str, Any]) -> dict[str, Any]:
 def _mirrored(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Reflect points and directions of a table at y = 0.
 
-    Axes of rotation keep the sense in which they turn, seen from their own side.
+    Axes of rotation keep their sense of rotation as seen from their own side.
     """
     out = dict(table)
     for field, value in table.items():
@@ -151,7 +151,7 @@ def _reflected(value: list[Any], sign: float) -> list[Any]:
 
 
 def _pairs(drives: Mapping[str, Any], travels: Iterable[str]) -> dict[str, Any]:
-    """Return heave and roll of the first travel, unless the file has drives of those names."""
+    """Return drives ``heave`` and ``roll`` of the first travel, unless such names exist."""
     first = next((name for name in travels if f"left {name}" in drives), None)
     if first is None:
         return {}
@@ -163,7 +163,7 @@ def _pairs(drives: Mapping[str, Any], travels: Iterable[str]) -> dict[str, Any]:
 
 
 def _readings(tables: Iterable[dict[str, Any]], drives: dict[str, Any]) -> Iterable[dict[str, Any]]:
-    """Yield readings; of those with a `difference`, that of both sides too."""
+    """Yield readings; for those with `difference`, also the difference of both sides."""
     for table in tables:
         name = table.pop("difference", "")
         yield table

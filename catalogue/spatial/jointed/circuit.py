@@ -1,4 +1,4 @@
-"""All that a mechanism reaches without being taken apart: crank or rocker, limits, dead points."""
+"""Circuits: all poses reachable without disassembly, with limits and dead points of the drive."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ from .tree import FREE
 if TYPE_CHECKING:
     from .mechanism import Mechanism
 
-#: Poses of a motion at most.
+#: Largest number of poses of a motion.
 MOST_POSES = 1_000_000
-#: Distance from the first node, in steps, at which a curve is tried for having closed.
+#: Distance from the first node at which closure is tested [steps].
 NEAR = 3.0
-#: Distance, in steps, at which it has closed.
+#: Distance from the first node at which a curve has closed [steps].
 CLOSED = 5e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Circuit:
-    """The whole of a motion, through the dead points of the drive.
+    """A whole circuit, through the dead points of the drive.
 
     Attributes
     ----------
     closed : bool
-        Whether it returns to where it set out; else it was followed both ways, until `reason`.
+        Whether it returns to its start; an open circuit is followed both ways until `reason`.
     crank : bool
-        Whether the drive turns fully: it has no dead point, and gains a turn each time round.
+        Whether the drive turns fully: without dead point, one turn per circuit.
     limits : tuple of float
         Least and greatest value of the drive; of a crank, 0 and a turn.
     dead_points : ndarray, shape (d,)
-        Values of the drive at which it turns back, in the order in which they are passed.
+        Values at which the drive reverses, in order of passing.
     length : float
         Arc length [rad and units of length].
     reason : str
-        Why an open circuit ends: at a branch point, too far away.
+        Reason for the end of an open circuit, such as a branch point.
     number : int
-        Which mechanism of a batch it is of.
+        Number of its mechanism in the batch.
     """
 
     mechanism: Mechanism
@@ -73,8 +73,10 @@ class Circuit:
         return f"<Circuit of {drive}: {ends}, {len(self.dead_points)} dead points, {how}>"
 
     def motion(self, count: int = 361) -> Motion:
-        """Return `count` poses all along the circuit, the first in the design pose; of a crank that
-        turns fully evenly spaced in its angle, else in arc length."""
+        """Return `count` poses along the circuit, from the design pose on.
+
+        They are evenly spaced in the angle of a crank that turns fully, else in arc length.
+        """
         many, mechanism = _repeated(self.curve, whole("count", count, 1, MOST_POSES)), self.mechanism
         if len(mechanism.system().points) > 1:
             mechanism = mechanism.one(self.number)
@@ -96,7 +98,7 @@ def _repeated(curve: Curve, count: int) -> Curve:
 
 
 def circuits(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: tuple[Scalar, ...]) -> list[Circuit]:
-    """Return the circuits on which states y (n, numbers) are."""
+    """Return the circuits through states y (n, numbers)."""
     _, j, _, by = curve.selected(y)(y)
     tangent, _, _ = tangents(j, by)
     found = _around(curve, y, tangent)
@@ -118,7 +120,7 @@ def _circuit(
     held: tuple[Scalar, ...],
     i: int,
 ) -> Circuit:
-    """Return one circuit from its trace, unless both ways closed as one."""
+    """Return the circuit of a trace, and of the trace back if it did not close."""
     closed, unit, reason = back is None, curve.system.scalars[-1].unit, ""
     if back is not None:
         reason, trace = trace.reason, back.joined(trace)
@@ -140,7 +142,7 @@ def _circuit(
 
 
 def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
-    """Follow curves until each closes, branches or has no end; return which closed."""
+    """Follow curves until each closes, branches or becomes too long; return traces and closure."""
     march = March(curve, y, tangent)
     first = signature(curve, y)
     away = signature(curve, y + 1e-6 * curve.system.lifted(y, tangent)) - first
@@ -168,7 +170,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
 
 
 def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:
-    """Cut a trace where its last step passes its first pose."""
+    """End a trace at its first pose if its last step passes it."""
 
     def ahead(s: float) -> float:
         return float((signature(curve, trace.at(np.array([s])))[0] - first) @ away)
@@ -181,8 +183,9 @@ def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) 
 
 
 def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
-    """Return a closed trace that ends in its first node: angles may have gained turns, quaternions
-    a sign.
+    """Return a closed trace that ends at its first node.
+
+    Angles may differ there by whole turns, quaternions by the sign.
     """
     first, there = trace.y[:1], trace.at(np.array([s]))
     y = first + 2 * np.pi * np.round((there - first) / (2 * np.pi))

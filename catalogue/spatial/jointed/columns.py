@@ -8,8 +8,8 @@ _TRAVELS = "travel moves, steering held"
 _STEERS = "steering moves, spring held"
 _ROLLS = "wheels travel oppositely, heave and steering held"
 
-#: By the name of a column: its unit, and its meaning.  ``length`` is the unit of the mechanism,
-#: ``steer`` that of the scalar that steers.
+#: Unit and meaning of each column.  ``length`` is the unit of the mechanism, ``steer`` that of the
+#: steering scalar.
 WHEEL = {
     "travel": ("length", "height of the wheel centre above the design pose"),
     "toe": ("deg", "positive when the front of the wheel points inwards"),
@@ -91,6 +91,6 @@ def heading(
     known : mapping
         `WHEEL`, `AXLE` or `VEHICLE`.
     steer : str
-        The unit of the scalar that steers.
+        The unit of the steering scalar.
     """
     return f"{name} [{known[name][0].replace('length', length).replace('steer', steer)}]"

@@ -1,7 +1,8 @@
-"""Sweep by the compiled `kernel`, where numba is installed and no surface or curve guides: ten
-times faster.
+"""Sweep by the compiled `kernel`: ten times faster.
 
-numba is imported by the first sweep.
+It needs numba, and mechanisms without surfaces and curves as guides.
+
+The first sweep imports numba.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ if TYPE_CHECKING:
     from ..continuation.tracing import March
     from .system import System
 
-#: The kernel, with a plan, a geometry and room for one pose.
+#: The kernel, a plan, a geometry and work arrays of one pose.
 Fast = tuple[Any, Any, Any, Any]
 
 
 @cache
 def kernel() -> ModuleType | None:
-    """Return the compiled equations, or None if numba is not installed or not to compile."""
+    """Return the compiled equations; None if numba is not installed or disabled."""
     return load(f"{__package__}.kernel")
 
 
 def plan(system: System) -> Any:
-    """Return what the kernel needs of a system but for its geometry; None if it cannot have it."""
+    """Return the plan of a system for the kernel, without geometry; None if not supported."""
     k = kernel()
     if k is None or system.guides or any(p.guide for p in system.placed):
         return None
@@ -60,23 +61,24 @@ def plan(system: System) -> Any:
 
 
 def fast(system: System) -> Fast | None:
-    """Return what evaluates a system; None if numba is not there, or a guide is a surface or a
-    curve.
+    """Return the compiled evaluation of a system.
+
+    None without numba, or if a guide is a surface or a curve.
     """
     plan = system.plan
     if plan is None:
         return None
     k = kernel()
-    assert k is not None  # it made the plan
+    assert k is not None  # the kernel made the plan
     given = (system.points, system.directions, system.lengths, *system.constants)
     return k, plan, k.Geometry(*map(plain, given)), k.work(plan, system.numbers)
 
 
 def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
-    """Return scalars, sums after their parts, as `kernel.read` has them: (k, 5) integers.
+    """Return scalars in the form of `kernel.read`, (k, 5) integers, sums after their parts.
 
-    With them which unknowns move each (k, m), the weights of all sums, and where the scalars of the
-    system are.
+    Besides: the mask (k, m) of the unknowns that move each, the weights of all sums, and the rows
+    of the system's scalars.
     """
     rows: list[tuple[int, ...]] = []
     moves, weights, stated = [np.zeros((0, system.unknowns))], list[float](), []
@@ -94,14 +96,14 @@ def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
 
 
 def _scalar(s: ScalarFunction) -> tuple[int, ...]:
-    """Return the kind of a scalar, its integers, and whether it is periodic."""
+    """Return the kind of a scalar, its integer parameters, and whether it is periodic."""
     if isinstance(s, CoordinateFunction):
         return 0, s.number, s.unknown, 0, 0
     if isinstance(s, TravelFunction):
         return 1, s.end, s.design, s.along, 0
     if isinstance(s, LengthFunction):
         return 2, s.first, s.second, 0, 0
-    assert isinstance(s, AngleFunction)  # there is no other
+    assert isinstance(s, AngleFunction)  # there is no other kind
     return 3, s.vector, s.first, s.second, 1
 
 
@@ -131,9 +133,7 @@ def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array
 
 
 def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy) -> tuple[Array, Array, Array]:
-    """Correct states (n, numbers); return them, where that was possible, and where a matrix was
-    singular.
-    """
+    """Correct states (n, numbers); return them, a mask of success and one of singular matrices."""
     k, plan, geometry, work = fast
     y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
     call(k.solved, plan, geometry, work, plain(held), y, plain(target), found, accuracy)
@@ -141,10 +141,10 @@ def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Accuracy)
 
 
 def steps(fast: Fast, held: Array, march: March) -> Any:
-    """Try a step of many curves from their last nodes; those before give the direction.
+    """Try a step of many curves from their last two nodes.
 
-    Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would
-    have changed the orientation; None if a matrix was singular.
+    Return the next step lengths (n,), the new nodes, a mask of accepted steps, and one of steps
+    that would have changed the orientation; None if a matrix was singular.
     """
     k, plan, geometry, work = fast
     nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(march.before, march.last, strict=True)))
@@ -160,8 +160,8 @@ def swept(
 ) -> Any:
     """Sweep a batch from its design poses.
 
-    Returns states (n, s, numbers), NaN where there is none, ends of the drive (n, 2), why it ended
-    there as numbers of `kernel` (n, 2), and in which mechanisms a matrix was singular.
+    Return states (n, s, numbers), NaN without pose; ends of the drive (n, 2), their reasons (n, 2)
+    as numbers of `kernel`; and a mask of mechanisms with a singular matrix.
     """
     k, plan, geometry, work = fast
     n, s, numbers = len(target), len(goal), start[1].shape[1]

@@ -1,4 +1,4 @@
-"""The curve of all poses that a mechanism of one freedom can take: its equations."""
+"""Equations of the curve of all poses of a mechanism with one degree of freedom."""
 
 from __future__ import annotations
 
@@ -20,11 +20,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Curve(continuation.Curve):
-    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the
-    system is read off.
+    """Poses that meet the conditions with held scalars (n, h); the last scalar is the drive.
 
-    Of an overconstrained mechanism the conditions `rows` (n, r) stand for all others near the poses
-    in which they were selected; without them those of the design pose do.
+    For an overconstrained mechanism the conditions `rows` (n, r) imply all others near the poses
+    where they were selected.  Default: those selected in the design pose.
     """
 
     system: System
@@ -35,7 +34,7 @@ class Curve(continuation.Curve):
         return Curve(self.system.take(index), self.held[index], None if self.rows is None else self.rows[index])
 
     def selected(self, y: Array) -> Self:
-        """Return the curves with the best conditions in states (n, numbers)."""
+        """Return the curves with independent conditions selected anew in states (n, numbers)."""
         if not self.system.redundant:
             return self
         jacobian = self._every(y)[1][:, : self.system.rows]
@@ -115,8 +114,8 @@ def wrapped(system: System, difference: Array) -> Array:
 def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
     """Return unit tangents from Jacobian (n, m - 1, m) and gradient of the drive.
 
-    With them the slope of the drive, not negative, and how regular the conditions are: the least
-    singular value over the largest.
+    Besides: the slope of the drive along them, at least 0, and the regularity of the conditions,
+    the least over the largest singular value.
     """
     _, s, v = np.linalg.svd(j, full_matrices=True)
     t = v[:, -1]
@@ -126,8 +125,9 @@ def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
 
 
 def signature(curve: Curve, y: Array) -> Array:
-    """Return what tells poses apart, (n, ...): where bodies are, of those that spin idly only where
-    their ends are.
+    """Return signatures (n, ...) that tell poses apart.
+
+    They are the poses of bodies; of bodies that spin idly the positions of their ends.
     """
     system = curve.system
     rotation, shift = system.poses(y)

@@ -1,6 +1,4 @@
-"""What drives, is held or is read off, as a function of the pose: each kind of scalar in terms of a
-formulation.
-"""
+"""Scalars as functions of the pose, each kind in terms of a formulation."""
 
 from __future__ import annotations
 
@@ -19,14 +17,12 @@ if TYPE_CHECKING:
 
 
 def scalar_function(s: e.Scalar, f: Formulation) -> ScalarFunction:
-    """Return a scalar as a function of the pose; raise InvalidRequest if the mechanism has none
-    like it.
-    """
+    """Return a scalar as a function of the pose; raise InvalidRequest if it is not one of these."""
     return FUNCTIONS[type(s)](s, f)
 
 
 def _carrier(body: str, f: Formulation) -> tuple[int, Any]:
-    """Return the number of a body and what it hangs on."""
+    """Return the number of a body and the joint that carries it."""
     number, x = f.tree.body(body, "drive"), f.tree.carrier.get(body)
     if x is None:
         raise InvalidRequest(f"{body} hangs on no joint that could be driven: drive a Travel or an Angle")
@@ -34,7 +30,7 @@ def _carrier(body: str, f: Formulation) -> tuple[int, Any]:
 
 
 def joint(s: e.Joint, f: Formulation) -> CoordinateFunction:
-    """A coordinate of the joint on which a body hangs."""
+    """Return a coordinate of the joint that carries a body."""
     number, x = _carrier(s.body, f)
     if not 0 <= s.index < UNKNOWNS[f.placed[number - 1].joint_kind]:
         raise InvalidRequest(f"the joint of {s.body} has no coordinate {s.index}")
@@ -43,7 +39,7 @@ def joint(s: e.Joint, f: Formulation) -> CoordinateFunction:
 
 
 def guide_coordinate(s: e.GuideCoordinate, f: Formulation) -> CoordinateFunction:
-    """A coordinate, in the chart of a guide, of the point that it carries."""
+    """Return a coordinate of a guided point, in the chart of its guide."""
     number, x = _carrier(f"{s.guide} (point)", f)
     guide, index = f.located(x), "uw".find(s.coordinate)
     if not 0 <= index < len(guide.start):
@@ -54,7 +50,7 @@ def guide_coordinate(s: e.GuideCoordinate, f: Formulation) -> CoordinateFunction
 
 
 def travel(s: e.Travel, f: Formulation) -> TravelFunction:
-    """How far a point of a body has moved along a direction of the ground."""
+    """Return the travel of a point of a body along a direction of the ground."""
     body, points = f.tree.body(s.body, "Travel"), f.points
     point = points.point(s.point, "Travel.point")
     along = e.DIRECTIONS.get(s.along) if isinstance(s.along, str) else s.along
@@ -65,7 +61,7 @@ def travel(s: e.Travel, f: Formulation) -> TravelFunction:
 
 
 def length(s: e.Length, f: Formulation) -> LengthFunction:
-    """The length of a link, or the distance of two points."""
+    """Return the length of a link, or the distance of two points."""
     if s.link:
         link = f.loops.free_ends[s.link]
         return LengthFunction(link.bodies, f.unit, False, *link.parts)
@@ -76,7 +72,7 @@ def length(s: e.Length, f: Formulation) -> LengthFunction:
 
 
 def angle(s: e.Angle, f: Formulation) -> AngleFunction:
-    """The turn of a direction of a body about an axis of the ground."""
+    """Return the rotation of a direction of a body about an axis of the ground."""
     points = f.points
     about, direction = points.unit_vector(s.about, "Angle.about"), points.unit_vector(s.direction, "Angle.direction")
     if len({len(about), len(direction)} - {1}) > 1:
@@ -91,7 +87,7 @@ def angle(s: e.Angle, f: Formulation) -> AngleFunction:
 
 
 def total(s: e.Sum, f: Formulation) -> SumFunction:
-    """A weighted sum of scalars of one unit."""
+    """Return a weighted sum of scalars."""
     parts = tuple(scalar_function(part, f) for part in s.parts)
     angular = all(part.angular for part in parts)
     unit = 1.0 if angular else f.unit
@@ -102,7 +98,7 @@ def total(s: e.Sum, f: Formulation) -> SumFunction:
     return SumFunction((0, 0), unit, angular, parts, weights, moves)
 
 
-#: By the kind of scalar.
+#: Function that converts each kind of scalar.
 FUNCTIONS: dict[type, Callable[[Any, Formulation], ScalarFunction]] = {
     e.Joint: joint,
     e.GuideCoordinate: guide_coordinate,

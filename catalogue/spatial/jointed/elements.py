@@ -1,8 +1,8 @@
-"""What a mechanism is made of, as an engineer states it: everything in the design pose, in one
-frame and one unit.
+"""Elements of a mechanism: bodies, joints and scalars in the design pose, in one frame and one
+unit.
 
-Bodies are named; ``"ground"`` stands still.  The pose in which the hard points are given is the
-start of every motion, so that nothing has to be assembled by a search.
+Bodies are named; ``"ground"`` stands still.  Every motion starts from the pose of the given hard
+points, so no search for an assembly is needed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ...given import Stated, array, instance, number, several
 from ..geometry.kinds import Kind
 
 GROUND = "ground"
-#: Axes by their names.
+#: Unit vectors by axis name.
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 #: A point or a direction: three numbers, or (n, 3) for a batch of n mechanisms.
 Vector = Sequence[float] | Any
@@ -24,10 +24,9 @@ Vector = Sequence[float] | Any
 
 @dataclass(frozen=True, eq=False)
 class Link(Stated):
-    """A link with spherical joints at both ends (SS): it keeps the distance of a point of `a` from
-    one of `b`.
+    """A link with spherical joints at both ends (SS), between points of `a` and `b`.
 
-    Its idle rotation about itself is no freedom: the link is no body.
+    The link is no body; its rotation about itself is not counted as a freedom.
     """
 
     a: str
@@ -39,7 +38,7 @@ class Link(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Spherical(Stated):
-    """A spherical joint (S): a point of `body` is one of `on`."""
+    """A spherical joint (S): a point of `body` coincides with a point of `on`."""
 
     body: str
     at: Vector
@@ -49,7 +48,9 @@ class Spherical(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Revolute(Stated):
-    """A revolute joint (R) of `body` on `on`: axis through `at`, along `axis` or through `to`."""
+    """A revolute joint (R) between `body` and `on`; axis through `at`, along `axis` or through
+    `to`.
+    """
 
     body: str
     at: Vector
@@ -61,11 +62,10 @@ class Revolute(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Screw(Revolute):
-    """A screw joint (H): `body` advances on `on` along the axis by `lead` a turn, right-handed if
-    that is positive.
+    """A screw joint (H): `body` advances along the axis by `lead` per turn, right-handed if
+    positive.
 
-    Its coordinate is the angle.  It must carry its body: state it before the other joints of that
-    body.
+    Its coordinate is the angle.  It must be stated before the other joints of its body.
     """
 
     lead: float = 0.0
@@ -101,9 +101,9 @@ class OnGuide(Stated):
     Parameters
     ----------
     guide : str or Kind
-        A name of `KINDS`, or a kind of one's own.
+        A name of `KINDS`, or a user's own kind.
     parameters, origin, quaternion
-        As for `Guides`: shape, and where its local axes stand in the design pose.
+        Shape, and position and orientation of its local axes in the design pose; see `Guides`.
     """
 
     body: str
@@ -118,8 +118,10 @@ class OnGuide(Stated):
 
 @dataclass(frozen=True, eq=False)
 class KeepAngle(Stated):
-    """A direction of `a` and one of `b` keep their angle: the cross of a Cardan joint, a third of a
-    Prismatic one.
+    """A constant angle between a direction of `a` and one of `b`.
+
+    One such condition makes the cross of a Cardan joint; three suppress all rotation, as a
+    Prismatic joint does.
     """
 
     a: str
@@ -131,9 +133,7 @@ class KeepAngle(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Universal(Stated):
-    """A universal joint (U): a point of `body` is one of `on`, and `axis` of `body` keeps its angle
-    to `axis_on`.
-    """
+    """A universal joint (U): two points coincide, `axis` and `axis_on` keep their angle."""
 
     body: str
     at: Vector
@@ -157,7 +157,7 @@ class Fixed(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Coupling(Stated):
-    """Gears, a rack and a pinion: a sum of scalars keeps its value in every motion.
+    """A sum of scalars that is constant in every motion: gears, a rack and pinion.
 
     Examples
     --------
@@ -176,15 +176,15 @@ Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | Keep
 
 
 def joined(x: Element) -> tuple[str, str]:
-    """Return the two bodies that an element joins; of a coupling none."""
+    """Return the two bodies that an element joins; empty names for a coupling."""
     if isinstance(x, Coupling):
         return GROUND, GROUND
     return (x.a, x.b) if isinstance(x, Link | KeepAngle) else (x.body, x.on)
 
 
-# -- scalars: what drives, is held, or is read off ----------------------------------------------
+# -- scalars, to drive, hold or read --------------------------------------------------------------
 class Summable(Stated):
-    """Base of scalars: they add up, and take factors, to a `Sum`."""
+    """Base class of scalars: sums and multiples of them are a `Sum`."""
 
     def __add__(self, other: Any) -> Sum:
         return Sum((self, other))  # type: ignore[arg-type]  # a scalar
@@ -203,10 +203,9 @@ class Summable(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Joint(Summable):
-    """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R,
-    slide of P.
+    """Coordinate of the joint that carries `body`: angle [rad] or slide, 0 in the design pose.
 
-    Of a cylindrical joint `index` 0 is the angle, 1 the slide.
+    For a cylindrical joint `index` 0 is the angle, 1 the slide.
     """
 
     body: str
@@ -224,8 +223,9 @@ class Travel(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Length(Summable):
-    """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which
-    is then free.
+    """Distance between a point of `a` and one of `b`.
+
+    With `link` it is the length of that link, which becomes variable.
     """
 
     a: str = ""
@@ -237,7 +237,7 @@ class Length(Summable):
 
 @dataclass(frozen=True, eq=False)
 class Angle(Summable):
-    """Turn of a direction of `body` about `about`, 0 in the design pose [rad]."""
+    """Rotation of a direction of `body` about the axis `about`, 0 in the design pose [rad]."""
 
     body: str
     direction: Vector
@@ -259,9 +259,10 @@ class Sum(Summable):
     Parameters
     ----------
     parts : sequence of scalars
-        Lengths, angles, or both: then the sum is a length.  Sums among them are taken apart.
+        Lengths, angles, or both; the sum of both is a length.  Nested sums are expanded.
     weights : sequence of float
-        One for each part; without any all are 1.  Of an angle beside lengths, lengths per radian.
+        One for each part, 1 by default.  In a sum with lengths, the weight of an angle is a length
+        per radian.
 
     Examples
     --------
@@ -289,13 +290,13 @@ Scalar = Joint | Travel | Length | Angle | GuideCoordinate | Sum
 
 
 def apart(scalars: Iterable[Scalar]) -> Iterator[Scalar]:
-    """Yield scalars, of sums their parts."""
+    """Yield scalars; of a sum its parts."""
     for scalar in scalars:
         yield from scalar.parts if isinstance(scalar, Sum) else (scalar,)
 
 
 def identity(scalar: Scalar) -> tuple[Any, ...]:
-    """Return a key that equal scalars share, to the last digit of their points."""
+    """Return a key of a scalar; equal scalars, with exactly equal points, have equal keys."""
     kind = type(instance("what drives or is held", scalar, Scalar)).__name__
     if isinstance(scalar, Sum):
         return kind, *map(identity, scalar.parts), *scalar.weights

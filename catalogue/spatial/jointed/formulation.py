@@ -1,6 +1,4 @@
-"""From what an engineer states to equations: bodies on their joints, what closes the loops, and
-scalars.
-"""
+"""Formulate the equations of elements: bodies on their joints, loop closure, scalars."""
 
 from __future__ import annotations
 
@@ -21,13 +19,12 @@ from .spanning_tree import SpanningTree, grouped
 from .system import OnKind, System
 from .tree import CURVE, CYLINDRICAL, FREE, NUMBERS, PRISMATIC, REVOLUTE, SURFACE, UNKNOWNS, Placed
 
-#: Kinds of the joints that carry bodies.
+#: Number of each kind of joint that can carry a body.
 KINDS: dict[type, int] = {e.Revolute: REVOLUTE, e.Screw: REVOLUTE, e.Prismatic: PRISMATIC, e.Cylindrical: CYLINDRICAL}
 
 
 class Formulation:
-    """The equations of a mechanism of elements, with scalars as further rows; `system` is what they
-    make.
+    """Equations of a mechanism of elements, scalars as further rows; `system` returns them.
 
     Attributes
     ----------
@@ -36,7 +33,7 @@ class Formulation:
     loops : LoopClosure
     centre : ndarray, shape (3,)
     unit : float
-        Lengths are divided by it, points taken about the centre.
+        Unit of length of the equations; points are relative to the centre.
     """
 
     def __init__(self, elements: Sequence[e.Element], scalars: Sequence[e.Scalar]) -> None:
@@ -55,16 +52,18 @@ class Formulation:
         self.placed: list[Placed] = []
 
     def located(self, x: e.OnGuide) -> LocatedGuide:
-        """Return a guide in units, about the centre; raise if the design pose is not on it."""
+        """Return a guide in units, about the centre; raise if its point is off it in the design
+        pose.
+        """
         return located(x, self.centre, self.unit)
 
     def coordinate(self, body: int, index: int, unit: float, angular: bool) -> CoordinateFunction:
-        """Return a coordinate of what carries a body."""
+        """Return a coordinate of the joint or guide that carries a body."""
         p = self.placed[body - 1]
         return CoordinateFunction((0, body), unit, angular, p.number[0] + index, p.unknown[0] + index)
 
     def system(self) -> System:
-        """Return the equations; once, for it adds to what was stated."""
+        """Return the equations; call it once only, for it adds conditions."""
         self.place()
         spun = {
             s.body for s in e.apart(self.scalars) if isinstance(s, e.Angle) or (isinstance(s, e.Joint) and not s.index)
@@ -106,7 +105,7 @@ class Formulation:
         )
 
     def place(self) -> None:
-        """Put all bodies on what carries them, and number unknowns and the numbers of the state."""
+        """Place all bodies on their joints; number the unknowns and the state entries."""
         unknown, number = 0, 0
         for i in range(1, len(self.tree.bodies)):
             kind, on, at, direction, guide, lead = self._joint(i)
@@ -114,9 +113,7 @@ class Formulation:
             unknown, number = unknown + UNKNOWNS[kind], number + NUMBERS[kind]
 
     def _joint(self, i: int) -> tuple[int, int, int, int, LocatedGuide | None, tuple[float, ...]]:
-        """Return what carries body i: kind, body on which it hangs, hard point, direction, guide
-        and lead.
-        """
+        """Return the joint that carries body i: kind, base body, point, direction, guide, lead."""
         name = self.tree.bodies[i]
         x = self.tree.carrier[name]
         if x is None:
@@ -131,7 +128,7 @@ class Formulation:
         return KINDS[type(x)], self.tree.body(x.on, name), at, direction, None, (lead,) if lead else ()
 
     def _on_guides(self, row: int) -> tuple[tuple[OnKind, ...], list[Condition]]:
-        """Return points on guides, their rows from a first one, and conditions."""
+        """Return points on guides, with rows counted from `row`, and their conditions."""
         guides, conditions = [], []
         for end, on, x in self.loops.on_guides:
             guide = self.located(x)
@@ -142,12 +139,13 @@ class Formulation:
         return tuple(guides), conditions
 
     def _named(self, idle: Condition) -> Condition:
-        """Return the condition that a body does not spin, with its name."""
+        """Return the condition that suppresses an idle rotation, with its name."""
         return idle._replace(name=f"idle rotation of {self.tree.bodies[idle.bodies[1]]}")
 
     def moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
-        """Return whether unknowns move the second body of each pair, less whether they move the
-        first.
+        """Return which unknowns move the bodies of each pair, shape (pairs, unknowns).
+
+        1: an unknown moves only the second body; -1: only the first; 0: both or neither.
         """
         unknowns = sum(UNKNOWNS[p.joint_kind] for p in self.placed)
         moved: list[list[int]] = [[]]  # unknowns that move each body

@@ -1,6 +1,4 @@
-"""What is read off a motion as a data frame, a row per pose; of a batch one mechanism after the
-other.
-"""
+"""Data frames of readings, one row per pose; of a batch one mechanism after the other."""
 
 from __future__ import annotations
 
@@ -15,11 +13,11 @@ from .motion import Motion
 
 
 def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.DataFrame:
-    """Frame columns (n s,) with the drive first, or indexed by it.
+    """Return a data frame of columns (n s,), the drive as first column or index.
 
-    A batch has a level ``mechanism``.
+    The index of a batch has a level ``mechanism``.
 
-    Of several drives the frame is indexed by all of them.
+    Several drives are all in the index.
     """
     n, s = motion.states.shape[:2]
     index_, named = motion.index if motion.others or index else None, dict(columns)
@@ -32,5 +30,5 @@ def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.Da
 
 @lru_cache(maxsize=64)
 def _headings(names: tuple[str, ...]) -> pd.Index[str]:
-    """Return headings as an index, which takes longer to make than a small table."""
+    """Return headings as an index; cached, for making it takes longer than a small table."""
     return pd.Index(names)

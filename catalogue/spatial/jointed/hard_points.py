@@ -12,7 +12,7 @@ from ...given import array
 from ...kinematics.types import Array
 from . import elements as e
 
-#: Largest coordinate: the squares of larger ones might be no doubles.
+#: Largest coordinate: the squares of larger ones might overflow.
 FAR = 1e100
 
 
@@ -25,7 +25,7 @@ def numbers(value: Any, what: str, size: int = 3) -> Array:
 
 
 def label(x: e.Element) -> str:
-    """Return the name of an element, else its kind and bodies."""
+    """Return the name of an element, or its kind and bodies if it has none."""
     if x.name:
         return x.name
     if isinstance(x, e.Coupling):
@@ -35,15 +35,15 @@ def label(x: e.Element) -> str:
 
 
 class HardPoints:
-    """Hard points and directions, numbered as they come, and attached to bodies.
+    """Hard points and directions, numbered in order of addition, and attached to bodies.
 
     Attributes
     ----------
     points : list of ndarray, shape (1, 3) or (N, 3)
     labels : list of str
-        What the points are called.
+        Names of the points.
     directions : list of (int, int) or ndarray, shape (1, 3) or (N, 3)
-        From hard point to hard point; or unit vectors.
+        Pairs of hard points, from the first to the second; or unit vectors.
     ends, vectors : list of (int, int)
         Body and hard point; body and direction.
     """
@@ -82,9 +82,7 @@ class HardPoints:
         return found
 
     def across(self, direction: int) -> tuple[int, int]:
-        """Add two directions across one; they stay where they are when hard points are moved a
-        little.
-        """
+        """Add two directions perpendicular to one, continuous functions of the hard points."""
         known = self.directions[direction]
         v = known if isinstance(known, np.ndarray) else self.points[known[1]] - self.points[known[0]]
         first = np.cross(v, np.eye(3)[np.abs(v).argmin(1)])
@@ -104,8 +102,8 @@ class HardPoints:
         return at, self.between(at, to)
 
     def coincident(self, first: int, second: int) -> bool:
-        """Return whether two hard points are one, in any mechanism of the batch."""
-        self.batch()  # raises if they do not fit
+        """Return whether two hard points coincide in any mechanism of the batch."""
+        self.batch()  # raises if the sizes of batches differ
         one, other = np.broadcast_arrays(self.points[first], self.points[second])
         return bool((one == other).all(-1).any())
 
@@ -122,7 +120,7 @@ class HardPoints:
         return [p for b, p in self.ends if b == body]
 
     def batch(self) -> int:
-        """Return how many mechanisms the points and directions are of."""
+        """Return the number of mechanisms of the points and directions."""
         sizes = {len(v) for v in (*self.points, *self.directions) if isinstance(v, np.ndarray)} - {1}
         if len(sizes) > 1:
             different = " and ".join(str(n) for n in sorted(sizes))
@@ -131,7 +129,7 @@ class HardPoints:
 
 
 def scale(elements: Sequence[e.Element]) -> tuple[Array, float]:
-    """Return the middle (3,) of all points, and the power of 2 nearest to their extent."""
+    """Return the centre (3,) of all points, and the power of 2 nearest to their extent."""
     named = [(x, k) for x in elements for k in ("at", "to", "from_", "origin") if getattr(x, k, None) is not None]
     every = np.concatenate(
         [np.zeros((0, 3)), *(numbers(getattr(x, k), f"{label(x)}.{k.strip('_')}") for x, k in named)]

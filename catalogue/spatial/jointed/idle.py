@@ -1,4 +1,4 @@
-"""Bodies that spin idly: all that holds them acts on points of one line."""
+"""Find bodies that spin idly: all their joints are on one line."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from .hard_points import HardPoints
 from .loop_closure import Condition, LoopClosure
 from .tree import CYLINDRICAL, FREE, PRISMATIC, Placed
 
-#: How far, of their distances, points may be off a line and still count as on it.
+#: Largest distance of collinear points from their line [distances of the points].
 STRAIGHT = 1e-9
 
 
 def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collection[int]) -> list[Condition]:
-    """Find rotations that move nothing else; their conditions keep bodies from spinning.
+    """Return conditions that suppress idle rotations.
 
-    A free body spins about the line of its points, with bodies that slide on it along that line; a
-    body on a cylindrical joint about its axis.
+    A free body spins about the line of its points, together with bodies that slide on it along that
+    line; a body on a cylindrical joint spins about the axis of the joint.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collect
     placed : sequence of Placed
         One for each body.
     driven : collection of int
-        Bodies whose rotation drives or is held.
+        Bodies with a driving or held rotation.
     """
     points, out = loops.points, []
     for p in placed:
@@ -69,7 +69,7 @@ def _parallel(one: Array, other: Array) -> bool:
 
 
 def _straight(points: HardPoints, ends: Sequence[int], at: Array, along: Array) -> bool:
-    """Return whether hard points are on a line, of the first mechanism of a batch."""
+    """Return whether hard points of a batch's first mechanism are on a line."""
     apart = np.stack([points.points[end][0] for end in ends]) - at
     off = np.cross(apart, along / (np.sqrt(along @ along) or 1.0))
     return bool(np.abs(off).max() <= STRAIGHT * max(np.abs(apart).max(), np.sqrt(along @ along)))

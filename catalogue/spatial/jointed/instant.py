@@ -1,8 +1,7 @@
-"""How a body moves at an instant while given scalars keep their values: what axes and centres are
-made of.
+"""Instantaneous motion of a body while given scalars are held, for axes and centres.
 
-The freedoms of a motion span its rates (Hunt, Kinematic Geometry of Mechanisms, ch. 12).  Rows that
-fix scalars choose one rate; it counts where the body has no other that keeps them.
+The freedoms of a motion span its rates (Hunt, Kinematic Geometry of Mechanisms, ch. 12).  Held
+scalars select one rate; the motion is determined where no other rate of the body keeps them.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ from .hard_points import HardPoints
 from .motion import Motion
 from .scalars import ScalarFunction
 
-#: Singular values, and residuals, below this part of the largest are rounding: rates have about 12
+#: Ratio to the largest below which singular values and residuals are rounding: rates have about 12
 #: digits.
 RANK = 1e-8
-#: Determinants of unit rows above this leave rates nearly all their digits, without singular
-#: values.
+#: Least determinant of unit rows for a direct solution, without singular values: rates keep their
+#: digits.
 REGULAR = 1e-3
 
 
@@ -35,9 +34,9 @@ class Instant(NamedTuple):
     Attributes
     ----------
     velocity, spin : ndarray, shape (3, n s)
-        Of a point of the body [length], and of the body [rad]; NaN where they are not determined.
+        Velocity of a point [length] and angular velocity of the body [rad]; NaN if not determined.
     reason : str
-        Why any is NaN; empty if none is.
+        Reason for any NaN; empty without NaN.
     """
 
     velocity: Array
@@ -55,12 +54,12 @@ def instant(
     motion : Motion
     body : str
     at : ndarray, shape (3, n s)
-        The point of the body, where it is in each pose [length].
+        Position of the point of the body in each pose [length].
     moving : scalar
     still : sequence of scalars
-        Any number, also more than there are freedoms if they can all keep their values together.
+        Held scalars; more than the freedoms are permitted if they are compatible.
     what : str
-        The body as `reason` calls it.
+        Name of the body in `reason`.
 
     Returns
     -------
@@ -75,12 +74,12 @@ def instant(
 
 
 def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar]) -> tuple[Array, str]:
-    """Compute the rate of a scalar per unit of another, others held.
+    """Compute the rate of a scalar per unit of another; the scalars `still` are held.
 
     Returns
     -------
     rates : ndarray, shape (n s,)
-        In the unit of length or radians, of both.
+        In the units of both scalars, length or radians.
     reason : str
     """
     units = [motion.function(s)[0].unit for s in (scalar, moving)]
@@ -101,9 +100,9 @@ def value(motion: Motion, scalar: Scalar) -> Array:
 
 
 def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
-    """Compute rates (n, r) of readings (n, r, f) per unit of a scalar, others held.
+    """Compute rates (n, r) of readings (n, r, f) per unit of a scalar, `still` held.
 
-    With them the reason for any NaN.
+    Return the rates, and the reason for any NaN.
     """
     quick = _chosen_by_names(motion, moving, still)
     if quick is not None:
@@ -131,10 +130,10 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
 
 
 def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> Callable[[Array], Array] | None:
-    """Return a function from readings (n, r, f) to rates (n, r), if names suffice.
+    """Return a function from readings (n, r, f) to rates (n, r) without a rank decision.
 
-    Scalars of the motion fix their own freedoms; another one fixes the last, if it is far from
-    singular in every pose and all others agree.  Else None.
+    Each scalar of the motion fixes its own freedom.  One other scalar may fix the last freedom if
+    it is far from singular in every pose and all others agree.  None in other cases.
     """
     stated, asked = motion.stated, (moving, *still)
     names = [identity(s) for s in asked]
@@ -169,12 +168,12 @@ def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) ->
 
 
 def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
-    """Solve unit rows (n, k, f) for rates (n, f) that move the first row alone.
+    """Solve unit rows (n, k, f) for rates (n, f) that change the first row only.
 
-    With them the feasible ones, and a projector on the rates left free.
+    Besides: a mask of feasible rates, and a projector on the rates that remain free.
 
-    The projector is None where the first row and others of the middle pose are far from singular in
-    every pose.
+    The projector is None if the rows selected in the middle pose are far from singular in every
+    pose.
     """
     n, k, f = rows.shape
     goal = np.zeros((n, k))
@@ -194,7 +193,7 @@ def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
 
 
 def _meets(rows: Array, rate: Array, goal: Array) -> Array:
-    """Check rates against the goals of all rows."""
+    """Return whether rates meet the goals of all rows."""
     return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK * goal[:, 0])
 
 
@@ -218,8 +217,9 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
 
 
 def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
-    """Return a scalar as a function of the pose, and its points; raise if only who drives or holds
-    it has it.
+    """Return a scalar as a function of the pose, and its points.
+
+    Raise if it exists only where it drives or is held, and it does not.
     """
     for part in apart([scalar]):
         if isinstance(part, GuideCoordinate) or (isinstance(part, Length) and part.link):
@@ -228,7 +228,7 @@ def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoint
 
 
 def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:
-    """Place points (n s, e, 3) and directions (n s, v, 3) of bodies, dimensionless."""
+    """Return dimensionless points (n s, e, 3) and directions (n s, v, 3) in all poses."""
     system = motion.curve.system
     rotation, shift = (v[0] for v in motion.poses())
     ends = [

@@ -1,4 +1,4 @@
-"""What a file of hard points holds: its mechanism, drives by name, and the table of a motion."""
+"""Contents of a file of hard points: mechanism, named drives, and the table of a motion."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Mounted:
-    """A wheel of a file: its name, the drive that steers it, and drives that are held meanwhile."""
+    """A wheel of a file: its name, its steering drive, and the drives held while it is steered."""
 
     wheel: Wheel
     name: str = ""
@@ -40,13 +40,14 @@ class Mounted:
 
 @dataclass(frozen=True)
 class Reading:
-    """A scalar to print, by the name of its drive.
+    """A scalar to tabulate, by the name of its drive.
 
     Attributes
     ----------
     name, scalar : str
     wheel : str
-        Name of the wheel whose travel moves it; ``"both"`` if their difference does.
+        Name of the wheel whose travel is the reference of its ratio; ``"both"``: the difference of
+        both.
     """
 
     name: str
@@ -56,7 +57,7 @@ class Reading:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Job:
-    """Contents of a file of hard points; `given` as it was read."""
+    """Contents of a file of hard points; `given` are its tables as read."""
 
     mechanism: Mechanism
     drives: dict[str, Any]
@@ -77,11 +78,11 @@ class Job:
 
     @property
     def wheel(self) -> Wheel | None:
-        """The first wheel, if there is one."""
+        """The first wheel; None without wheels."""
         return self.wheels[0].wheel if self.wheels else None
 
     def remarks(self) -> list[str]:
-        """List what a user may have forgotten: axes that are not stated, points without a use."""
+        """List possible omissions: axes that are not stated, unused points."""
         out = []
         if self.wheels and "axes" not in self.given:
             out.append(
@@ -101,14 +102,14 @@ class Job:
         return self.drives[name]
 
     def driven(self, drive: str | Sequence[str], hold: Sequence[str] = ()) -> tuple[Any, list[Any]]:
-        """Return the first of one or several drives and the held scalars, by their names.
+        """Return the first drive and the held scalars, by their names.
 
         Raises
         ------
         InvalidRequest
             If there is no such drive.
         CannotDrive
-            If more must be held.
+            If more scalars must be held.
         """
         drives = names("drive", drive)
         scalars, held = [self.drive(name) for name in drives], [self.drive(name) for name in hold]
@@ -128,7 +129,7 @@ class Job:
         Parameters
         ----------
         drives : mapping of names to values, each (s,)
-            In the unit of the file, or degrees.
+            Values in the unit of the file, or degrees.
         hold : mapping of names to values
             None for the value in the design pose.
         grid : bool
@@ -206,7 +207,7 @@ class Job:
         return sensitivities(motion, lambda moved: self.table(moved)[name].to_numpy())
 
     def _wheels(self, motion: Motion) -> list[pd.DataFrame]:
-        """Tabulate each wheel, several by name, and the axle of two."""
+        """Tabulate each wheel, with names if there are several, and the axle of two."""
         out, unit = [], self.mechanism.unit
         for one in self.wheels:
             springs = [self.drive(name) for name in one.spring]
@@ -230,7 +231,7 @@ class Job:
         return out
 
     def _roll(self) -> list[Any]:
-        """Return the difference of both travels of an axle, which heave holds."""
+        """Return the difference of both travels of an axle, held in heave."""
         if len(self.wheels) != 2:
             return []
         first, second = (height(one.wheel) for one in self.wheels)
@@ -240,7 +241,7 @@ class Job:
         return self.drive(one.steer) if one.steer else None
 
     def _read(self, motion: Motion, reading: Reading) -> pd.DataFrame:
-        """Tabulate a scalar and its ratio to wheel travel, steering held."""
+        """Tabulate a scalar and its ratio to wheel travel, with the steering held."""
         scalar, length = self.drive(reading.scalar), self.mechanism.unit
         unit = unit_of(motion, scalar)
         factor = np.degrees(1.0) if unit == "deg" else 1.0
@@ -263,7 +264,7 @@ class Job:
         return table
 
     def _index(self, motion: Motion) -> pd.DataFrame:
-        """Return the values of the drives, of several with their names in the file."""
+        """Return the values of the drives; several are headed by their names in the file."""
         if not motion.others:
             return pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})
         called = {e.identity(scalar): f"drive {name}" for name, scalar in self.drives.items()}

@@ -1,8 +1,8 @@
-"""Which links and pairs a guide stands for, and a guide replaced by them.
+"""Replace a guide by an equivalent chain of links and joints.
 
-A point that a chain of links leads from the ground to a spherical joint is on a surface or a curve,
-and the guide may be built as that chain (the view of Mangeron, Oğuztöreli and Plitea 1970, Nota I;
-its figures were not at hand).
+The last point of a chain of links, a spherical joint, moves on a surface or a curve; the guide may
+be built as that chain (Mangeron, Oğuztöreli and Plitea 1970, Nota I; its figures were not
+available).
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from ..geometry.rotation import matrix
 from .elements import Cylindrical, Element, Link, OnGuide, Prismatic, Revolute, Screw, Spherical
 from .hard_points import numbers
 
-#: Pairs from the ground to the point, by the kind of guide: of the links of the chain, the last at
-#: the point.
+#: Joints of the chain from the ground to the point, by kind of guide; the last one is at the point.
 PAIRS: dict[str, tuple[str, ...]] = {
     "sphere": ("S", "S"),
     "cylinder": ("C", "S"),
@@ -34,7 +33,7 @@ PAIRS: dict[str, tuple[str, ...]] = {
 
 
 def links(guide: OnGuide) -> list[Element]:
-    """Return links and joints that lead the point of a guide as the guide does.
+    """Return links and joints that guide a point on the path or surface of a guide.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def links(guide: OnGuide) -> list[Element]:
     Raises
     ------
     InvalidRequest
-        If the guide is of another kind, or its point is on the axis of a chain that turns about it.
+        If the guide is of another kind, or its point is on the axis of rotation of the chain.
     """
     instance("guide", guide, OnGuide)
     guides = Guides(guide.guide, guide.parameters, guide.origin, guide.quaternion)

@@ -14,14 +14,14 @@ from ..geometry.rotation import matrix
 from . import elements as e
 from .hard_points import label, numbers
 
-#: How far, of the size of the mechanism, a point may be off its guide in the design pose.
+#: Largest distance of a point from its guide in the design pose [sizes of the mechanism].
 OFF = 1e-9
 
 
 @dataclass(frozen=True)
 class LocatedGuide:
-    """A guide with its shape in units, its frame (3, 3) and its origin; where on it the design pose
-    starts.
+    """A guide: shape in units, frame (3, 3), origin, and coordinates of its point in the design
+    pose.
     """
 
     kind: Kind
@@ -40,7 +40,7 @@ def located(x: e.OnGuide, centre: Array, unit: float) -> LocatedGuide:
     Raises
     ------
     InvalidLinkage
-        If the design pose is not on it, or it is of a batch.
+        If its point is off it in the design pose, or it is one of a batch.
     """
     guides = Guides(x.guide, x.parameters, x.origin, x.quaternion)
     if len(guides) > 1 or len(numbers(x.at, label(x))) > 1:

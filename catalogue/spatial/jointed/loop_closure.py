@@ -1,7 +1,7 @@
-"""What closes the loops: conditions on pairs of bodies beside the joints on which they hang.
+"""Loop closure: conditions on pairs of bodies by joints that carry no body.
 
-A link keeps a distance, a joint that closes a loop components of a point and angles of directions
-(`CLOSING`).
+A link keeps a distance; a joint that closes a loop keeps components of a point and angles of
+directions (`CLOSING`).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from . import elements as e
 from .hard_points import HardPoints, label
 from .spanning_tree import SpanningTree
 
-#: Conditions of a joint that closes a loop: components of its point along the axis and across it,
-#: and turns.
+#: Conditions of a joint that closes a loop: components of its point along and across the axis, and
+#: rotations.
 CLOSING: dict[type, tuple[str, str]] = {
     e.Revolute: ("apq", "pq"),
     e.Prismatic: ("pq", "pqa"),
@@ -39,27 +39,26 @@ class LoopClosure:
     ----------
     tree : SpanningTree
     points : HardPoints
-        What conditions are on is added to it.
+        Points and directions of the conditions are added to it.
     free_links : set of str
-        Names of links whose length is driven, held or read: they close nothing.
+        Names of links with a driven, held or read length: they close no loop.
     charted : set of str
-        Names of guides of which a coordinate is driven, held or read: they carry a point as a body
-        of its own.
+        Names of guides with a driven, held or read coordinate: their point becomes a body.
 
     Attributes
     ----------
     distances, offsets, angles : list of Condition
-        Two ends that keep their distance; two ends and a vector along which they do not part; two
-        vectors.
+        Two ends with a constant distance; two ends that coincide along a vector; two vectors with a
+        constant angle.
     on_guides : list of (int, int, OnGuide)
         End, and body that carries the guide.
     free_ends : dict of str to Condition
-        Of the free links.
+        Ends of the free links.
     facing : list of (int, int)
-        Vectors that point the same way, which squares of their angles do not say: a joint is not
-        put in reversed.
+        Pairs of vectors of equal direction; the conditions on their angles also hold for a reversed
+        joint.
     turned : set of int
-        Bodies of which directions count, not only points.
+        Bodies with conditions on directions, not only on points.
     """
 
     def __init__(self, tree: SpanningTree, points: HardPoints, free_links: set[str], charted: set[str]) -> None:
@@ -131,7 +130,7 @@ class LoopClosure:
         return [self.points.direction(v, k) for k, v in e.DIRECTIONS.items()]
 
     def _coincide(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
-        """Let a hard point of a body be that of another, along directions of the other."""
+        """Add conditions that two hard points coincide along directions of one body."""
         if len(along) < len(e.DIRECTIONS):
             self.turned.add(on)
         for d in along:
@@ -139,7 +138,7 @@ class LoopClosure:
             self.offsets.append(Condition(parts, (on, body), name))
 
     def _keep_angle(self, name: str, one: tuple[int, int], other: tuple[int, int]) -> None:
-        """Let the directions of two bodies, each a body and a direction, keep their angle."""
+        """Add the condition that two directions, each (body, direction), keep their angle."""
         parts = self.points.vector(*one), self.points.vector(*other)
         self.turned |= {one[0], other[0]}
         self.angles.append(Condition(parts, (one[0], other[0]), name))

@@ -1,4 +1,4 @@
-"""A mechanism from joints and links: its freedoms and its motions."""
+"""The public class of a mechanism of joints and links: its freedoms and its motions."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ from .system import System
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: What an element may say of each mechanism of a batch.
+#: Fields of an element that may differ within a batch.
 VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "axis_on", "origin", "quaternion")
-#: Starts at most, where all assemblies are looked for.
+#: Largest number of starts of a search for assemblies.
 MOST = 1_000_000
 
 
 @dataclass(frozen=True)
 class Mobility:
-    """What joints and links leave free.
+    """Degrees of freedom of a mechanism.
 
     Attributes
     ----------
@@ -50,9 +50,9 @@ class Mobility:
     idle : tuple of str
         Bodies that spin idly between two spherical joints.
     redundant : tuple of str
-        Elements whose conditions the others imply, wherever the mechanism moves.
+        Elements with conditions that the others imply, in all poses.
     singular : bool
-        Whether the design pose has more freedoms than poses beside it.
+        Whether the design pose has more freedoms than its neighbours.
     """
 
     freedoms: int
@@ -62,7 +62,7 @@ class Mobility:
 
 
 class Mechanism:
-    """Bodies joined by elements, in the pose in which their hard points were given.
+    """Bodies joined by elements, in the pose of the given hard points.
 
     Parameters
     ----------
@@ -71,14 +71,14 @@ class Mechanism:
         KeepAngle or Coupling
         Points may be (n, 3): a batch of n mechanisms.
     unit : str
-        The unit of length of all points, for headings.
+        Unit of length of all points; shown in headings.
 
     Raises
     ------
     InvalidLinkage
         If elements contradict each other, or a point is not finite, or not on its guide.
     InvalidRequest
-        If something given is no element, or the unit no text.
+        If an argument is no element, or the unit no text.
 
     Examples
     --------
@@ -105,9 +105,7 @@ class Mechanism:
         return tuple(x for x in self.elements if not isinstance(x, Coupling))
 
     def system(self, *scalars: Scalar) -> System:
-        """Return the equations, the rows of the scalars last, without the conditions that others
-        imply.
-        """
+        """Return the equations, without redundant conditions; the rows of the scalars come last."""
         key = tuple(identity(one) for one in scalars)
         if key not in self._systems:
             made = Formulation(self.elements, scalars).system()
@@ -136,7 +134,7 @@ class Mechanism:
 
     @cached_property
     def mobility(self) -> Mobility:
-        """What joints and links leave free."""
+        """Compute the degrees of freedom."""
         system = self.system()
         redundant = [system.names[r] for r in range(system.rows) if r not in system.use]
         idle = [system.bodies[system.vectors[0][w]] for w in system.idle[0]]
@@ -165,19 +163,19 @@ class Mechanism:
         hold: Sequence[Scalar] | Mapping[Scalar, float | None] = (),
         grid: bool = False,
     ) -> Motion:
-        """Move the mechanism by drives, from the design pose, on its assembly.
+        """Move the mechanism by drives, from the design pose, without disassembly.
 
         Parameters
         ----------
         drive : Joint, Travel, Length, Angle, GuideCoordinate, Sum, or mapping of those to their
         values
-            Several drives go along one path, with as many values each, or one value for all poses.
+            Several drives follow one path: each has as many values, or one value for all poses.
         values : array-like, shape (s,)
-            In the unit of the points, or radians.  What lies beyond a dead point is NaN;
-            `Motion.ends` says where, and of several drives `Motion.stops`.
+            In the unit of the points, or radians.  Poses beyond a dead point are NaN; `Motion.ends`
+            tells where, for several drives `Motion.stops`.
         hold : sequence of scalars, or mapping of scalars to values
-            What keeps its value, that of the design pose or the given one: one for each freedom
-            that does not drive.
+            Scalars held at their design value or at the given one: one for each freedom without a
+            drive.
         grid : bool
             Whether every value of a drive is combined with every one of the others, the last drive
             fastest.
@@ -189,12 +187,12 @@ class Mechanism:
         Raises
         ------
         CannotDrive
-            If the drive stays as it is when the mechanism moves, or the freedoms are not as many as
-            drives.
+            If the drive is stationary when the mechanism moves, or the number of drives and held
+            scalars is not that of the freedoms.
         NotMovable
             If there is no freedom, or the design pose is singular.
         InvalidRequest
-            If values are not finite, or what drives or is held is no scalar.
+            If values are not finite, or a drive or held one is no scalar.
         """
         drives = Drives.read(drive, values, hold)
         if switch("grid", grid) or not drives.one:
@@ -221,9 +219,7 @@ class Mechanism:
         return Motion(self, curve, drive, held, q, states, tuple(ends))
 
     def movable(self, system: System) -> None:
-        """Raise NotMovable, with the reason, if a mechanism with the conditions of a system cannot
-        move.
-        """
+        """Raise NotMovable, with the reason, if a system has no freedom."""
         if system.singular:
             raise NotMovable(SINGULAR)
         if system.unknowns > len(system.use):
@@ -279,8 +275,8 @@ class Mechanism:
             As for `sweep`.
         value : float
         hits, most, seed : int
-            Until each was found so often, or so many starts were made, in an order that the seed
-            says.
+            Number of hits of each assembly, or of random starts, after which the search ends; seed
+            of the random numbers.
 
         Raises
         ------
@@ -306,7 +302,7 @@ class Mechanism:
         return draw(scene(self, title=text("title", title)), file, switch("labels", labels))
 
     def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
-        """Raise the reason for a stationary drive in the design pose."""
+        """Raise an error that explains why the drive is stationary in the design pose."""
         march, name, moves = March(curve, y, tangent), type(drive).__name__, False
         for _ in range(4):
             march.step()

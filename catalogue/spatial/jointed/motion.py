@@ -1,4 +1,4 @@
-"""Poses of a mechanism over a sweep, and readings with derivatives by the drive."""
+"""The motion of a sweep: poses, and quantities read off them with derivatives by the drive."""
 
 from __future__ import annotations
 
@@ -30,37 +30,37 @@ if TYPE_CHECKING:
     from .scalars import ScalarFunction
 
 
-#: Singular values below this part of the largest are those of conditions that others imply.
+#: Ratio to the largest below which a singular value belongs to redundant conditions.
 SMALL = 1e-9
-#: Highest derivative: the factorials of higher orders are no doubles.
+#: Highest derivative: the factorials of higher orders overflow.
 HIGHEST = 170
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """Poses at the values of a drive; NaN where there is none.
+    """Poses at the values of a drive; NaN where no pose exists.
 
-    Every reading is of shape (s, ...), or (n, s, ...) of a batch of n mechanisms; `order` gives it
-    with its derivatives by the drive, along an axis that follows (Mangeron, Oğuztöreli and Plitea
-    1970 call them reduced): (s, order + 1, ...).  `in_time` turns them into velocities and
-    accelerations for a law of the drive.
+    Readings are of shape (s, ...), or (n, s, ...) for a batch of n mechanisms.  With `order` they
+    have a further axis of derivatives by the drive, (s, order + 1, ...), called reduced by
+    Mangeron, Oğuztöreli and Plitea 1970.  `in_time` turns them into velocities and accelerations
+    for a law of the drive.
 
     Attributes
     ----------
     drive : ndarray, shape (s,)
     states : ndarray, shape (n, s, numbers)
     ends : tuple of n pairs
-        Below and above: None if the drive got as far as it was asked to, else (value, reason).
+        Lower and upper end: None if the drive reached all its values, else (value, reason).
     others : tuple of scalars
-        That drive too; `other_values` (s, d) are theirs, in the unit of the points or radians.
+        Further drives; `other_values` (s, d) are their values, in the unit of the points or
+        radians.
     held_values : ndarray, shape (n, s, h), optional
-        Values of the scalars before the last, without dimensions, where they are not those of
-        `curve`.
+        Dimensionless values of all scalars but the last, where they differ from those of `curve`.
     stops : tuple of n tuples of str
-        Where poses are missing, and why.
+        Positions of missing poses, with reasons.
     law : tuple, optional
-        Derivatives are by its parameter: coefficients of `scalars` (order, n s or 1, f), and the
-        unit of the parameter.
+        Series of `scalars` in a parameter, coefficients (order, n s or 1, f), and the unit of that
+        parameter; derivatives are then by this parameter.
     """
 
     mechanism: Mechanism
@@ -79,12 +79,12 @@ class Motion:
 
     @property
     def success(self) -> Array:
-        """Whether there is a pose, shape (s,) or (n, s)."""
+        """Whether a pose exists, shape (s,) or (n, s)."""
         return self._shaped(np.isfinite(self.states).all(-1).reshape(-1))
 
     @property
     def drives(self) -> tuple[Scalar, ...]:
-        """The scalars that drive, the last one fastest over a grid."""
+        """The driving scalars; over a grid the last one varies fastest."""
         return (*self.others, self.driven)
 
     @property
@@ -100,33 +100,31 @@ class Motion:
         return f"<Motion by {drives}: {poses}, {found} of {n * s} reached>"
 
     def value(self, scalar: Scalar) -> Array:
-        """Return the value of any scalar, (s,), in the unit of length or radians: the length of a
-        spring.
+        """Return the value of any scalar, such as a spring's length, (s,) [length, rad].
 
         Raises
         ------
         InvalidRequest
-            If it names a free link or a guide that neither drives nor is held.
+            If it refers to a link of variable length or a guide that is neither drive nor held.
         """
         from .instant import value
 
         return self._shaped(value(self, instance("scalar", scalar, Scalar)))
 
     def ratio(self, scalar: Scalar, moving: Scalar, still: Sequence[Scalar] = ()) -> Array:
-        """Return the rate of a scalar per unit of another, (s,), while others stand still: a motion
-        ratio.
+        """Return the motion ratio of two scalars, (s,), while other scalars are held.
 
         Parameters
         ----------
         scalar, moving : scalar
-            What is read, and what moves it; neither needs to be in the motion.
+            Output and input; neither needs to be in the motion.
         still : sequence of scalars
-            As many as leave one freedom that moves what is read.
+            Held scalars; they must leave one freedom, which moves the output.
 
         Raises
         ------
         InvalidRequest
-            If the scalars do not determine it in any pose.
+            If the ratio is not determined in any pose.
         """
         from .instant import ratio
 
@@ -136,17 +134,17 @@ class Motion:
         return self._shaped(rates)
 
     def by(self, scalar: Scalar) -> Motion:
-        """Return this motion with derivatives by one of its scalars, all others standing still.
+        """Return this motion with derivatives by one of its scalars, all others held.
 
         Parameters
         ----------
         scalar : scalar
-            One that drives, or is held.
+            A driving or held one.
 
         Raises
         ------
         InvalidRequest
-            If it neither drives nor is held.
+            If it is neither driving nor held.
         """
         names = self.stated
         if identity(scalar) not in names:
@@ -161,12 +159,12 @@ class Motion:
         Parameters
         ----------
         rates : array-like, shape (s, order, d), or (order, d) for all poses
-            Velocity, acceleration, jerk ... of each drive; what is held stands still.
+            Velocity, acceleration, jerk ... of each drive; held scalars have none.
 
         Raises
         ------
         InvalidRequest
-            If they are not as many as drives and poses.
+            If the shape does not match the drives and poses.
         """
         given, s, d = array("rates", rates, (None, None), (None, None, None)), len(self.drive), len(self.drives)
         given = given[None] if given.ndim == 2 else given
@@ -184,23 +182,26 @@ class Motion:
         return self.curve.system.fast is not None
 
     def _still(self) -> dict[Any, Any]:
-        """Return what is cached of the poses alone."""
+        """Return the cached values that depend on the poses only."""
         return {k: v for k, v in self._cache.items() if k in ("inverse", "basis", "twists", "stated", ("poses", 0))}
 
     def _law(self) -> tuple[Array, float]:
-        """Return coefficients (order, n s or 1, f) of scalars by the parameter, and its unit."""
+        """Return the series of scalars in the parameter and the unit of the parameter.
+
+        The series are of shape (order, n s or 1, f).
+        """
         if self.law is None and self.others:
             raise InvalidRequest("several scalars drive: say by which derivatives are, motion.by(drive), or in_time")
         return self.law or self.by(self.driven)._law()
 
     @property
     def drive_unit(self) -> str:
-        """Unit of the drive as it is shown: that of length, or degrees."""
+        """Unit in which the drive is shown: the unit of length, or degrees."""
         return "deg" if self._angular else self.mechanism.unit
 
     @property
     def drive_shown(self) -> Array:
-        """The drive in that unit."""
+        """The drive in the unit in which it is shown."""
         return np.asarray(np.degrees(self.drive) if self._angular else self.drive)
 
     @property
@@ -278,7 +279,7 @@ class Motion:
         return np.asarray(self._cache["inverse"])
 
     def _read(self, values: Array, unit: float) -> Array:
-        """Return derivatives from coefficients (order + 1, n s, ...): in the user's units."""
+        """Convert series coefficients (order + 1, n s, ...) to derivatives in the user's units."""
         order = len(values) - 1
         drive = self._law()[1] if order else 1.0
         scale = np.array([unit * factorial(k) / drive**k for k in range(order + 1)])
@@ -286,14 +287,14 @@ class Motion:
         return self._shaped(out if order else out[:, 0])
 
     def rows(self, reading: Any) -> Array:
-        """Return a reading with a row per pose, mechanism after mechanism, (n s, ...)."""
+        """Return a reading with one row per pose, mechanism after mechanism, (n s, ...)."""
         value, (n, s) = array("reading", reading), self.states.shape[:2]
         if n > 1 and value.shape[:2] != (n, s):
             raise InvalidRequest(f"a reading of {n} mechanisms must be of shape {(n, s)} at first, not {value.shape}")
         return value.reshape(n * s, *value.shape[2:]) if n > 1 else value
 
     def each(self, value: Any, what: str) -> Array:
-        """Return a vector (1, 3), or a batch's repeated for every pose, (n s, 3)."""
+        """Return a vector as (1, 3), or those of a batch as (n s, 3)."""
         n, s = self.states.shape[:2]
         found = numbers(value, what)
         if len(found) not in (1, n):
@@ -317,8 +318,9 @@ class Motion:
         return self.curve.system.bodies.index(body)
 
     def point(self, body: str, at: Any, order: int = 0) -> Array:
-        """Return the path of a point of a body, given in the design pose; (s, 3) or (s, order + 1,
-        3).
+        """Return the path of a body point, (s, 3) or (s, order + 1, 3).
+
+        The point is given in the design pose.
         """
         system, b = self.curve.system, self.body_number(body)
         rotation, shift = self.poses(whole("order", order, 0, HIGHEST))
@@ -332,8 +334,9 @@ class Motion:
         return out
 
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
-        """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order
-        + 1, 3).
+        """Return a direction of a body, (s, 3) or (s, order + 1, 3).
+
+        The direction is given in the design pose.
         """
         rotation, _ = self.poses(whole("order", order, 0, HIGHEST))
         v = self.each(vector, "a direction")
@@ -357,7 +360,7 @@ class Motion:
 
     @property
     def scalars(self) -> tuple[Scalar, ...]:
-        """The held scalars, and the driving one last: as many as there are freedoms."""
+        """The held scalars, then the driving one: one for each freedom."""
         return (*self.held, *self.others, self.driven)
 
     def basis(self) -> Array:
@@ -368,14 +371,14 @@ class Motion:
 
     @property
     def stated(self) -> list[tuple[Any, ...]]:
-        """What tells each of `scalars` from others."""
+        """Keys that identify each of `scalars`; see `elements.identity`."""
         if "stated" not in self._cache:
             self._cache["stated"] = [identity(s) for s in self.scalars]
         known: list[tuple[Any, ...]] = self._cache["stated"]
         return known
 
     def function(self, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
-        """Return a scalar as a function of these poses, and its points."""
+        """Return a scalar as a function of the poses, and its points."""
         key = identity(scalar)
         if key not in self._cache:
             self._cache[key] = self.mechanism.scalar_function(scalar, self.scalars)
@@ -383,8 +386,9 @@ class Motion:
         return function, points
 
     def twists(self) -> Array:
-        """Return twists (n s, b, 6, f) of bodies per unit of each of `scalars`: velocity of the
-        centre, and spin.
+        """Return twists (n s, b, 6, f) of bodies per unit of each scalar: velocity, then spin.
+
+        The velocity is that of the centre of the mechanism.
         """
         if "twists" not in self._cache:
             self._rate()
@@ -440,22 +444,21 @@ class Motion:
         title: str = "",
         springs: Mapping[str, Length] | None = None,
     ) -> Figure:
-        """Draw the mechanism in the pose nearest to the design pose, ends as ghosts.
+        """Draw the mechanism in the pose nearest to the design pose, with ghosts of the ends.
 
         Parameters
         ----------
         file : path, optional
-            PNG, SVG or PDF by its suffix.
+            PNG, SVG or PDF, chosen by the suffix.
         wheel : Wheel or sequence of Wheel, optional
-            Drawn too, and their centres followed.
+            Wheels to draw, with the paths of their centres.
         points : dict, optional
-            Points to be followed: by what is written at them, a body and a point in the design
-            pose.
+            Points with paths to draw: label to body and point in the design pose.
         labels : bool
-            Whether names, and lengths of links in the unit of length, are written.
+            Whether to write names, and lengths of links.
         title : str, optional
         springs : dict, optional
-            Lengths between two points, by what is written at them, drawn as coils.
+            Lengths between two points to draw as coils, by label.
 
         Raises
         ------
@@ -489,7 +492,7 @@ class Motion:
         Raises
         ------
         InvalidRequest
-            If there are more columns than go on a sheet, or the file cannot be written.
+            If there are more columns than panels of a sheet, or the file cannot be written.
         MissingExtra
             Without matplotlib.
         """
@@ -504,7 +507,7 @@ class Motion:
         return plot(self.drive_shown, heading, table.drop(columns=heading, errors="ignore"), file)
 
     def residual(self) -> Array:
-        """Return the largest violation (s,) of any condition, redundant ones too."""
+        """Return the largest violation (s,) of any condition, including redundant ones."""
         curve, y = self.flat()
         return self._shaped(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
 
@@ -539,7 +542,7 @@ def in_time(reduced: Any, rates: Any) -> Array:
     Raises
     ------
     InvalidRequest
-        If something is no array of numbers, the order is higher, or rates are wanting.
+        If an argument is no array of numbers, the order is above 3, or rates are missing.
     """
     x, v = array("reduced", reduced, (..., None)), array("rates", rates)
     out = x.copy()

@@ -19,16 +19,16 @@ from .vehicle import AXLES, BRAKES
 
 #: Fields of elements, drives, points and wheels that hold a point.
 PLACES = ("at", "to", "from", "origin", "centre", "contact", "point")
-#: Fields that hold a direction: two names are from the first to the second.
+#: Fields that hold a direction; two names mean the direction from the first to the second.
 DIRECTIONS = ("axis", "axis_a", "axis_b", "along", "about", "direction")
-#: Directions by words, in ISO 8855.
+#: Words for directions, in ISO 8855.
 WORDS = {"forwards": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
-#: Fields that hold a number which may be named: lengths, and shares without a unit.
+#: Fields with a number that may be given by name: lengths, and shares without a unit.
 LENGTHS = ("wheelbase", "height", "roll_centre", "per_turn")
 SHARES = ("braking", "driving")
-#: Rows of CSV that hold a word instead of a point: permitted words.
+#: Permitted words of CSV rows that hold a word instead of a point.
 SETTINGS = {"axes": tuple(AXES), "side": SIDES, "axle": AXLES, "brakes": BRAKES}
-#: Largest file of hard points [characters]: a thousand times a suspension's.
+#: Largest file of hard points [characters]: a thousand times that of a suspension.
 LARGEST = 1_000_000
 
 
@@ -41,9 +41,9 @@ class NamedPoints:
     points : dict
         Coordinates by name, in lower case, in the unit of the mechanism.
     numbers : dict
-        Numbers by name, as they stand in the file: a wheelbase, a share of the braking force.
+        Numbers by name, in the unit of the file: a wheelbase, a share of the braking force.
     settings : dict
-        Words by the keys of `SETTINGS`.
+        Words, by the keys of `SETTINGS`.
     factor : float
         Units of the mechanism per unit of the file.
     """
@@ -57,9 +57,9 @@ class NamedPoints:
 def read_points(file: str | Path, unit: str) -> NamedPoints:
     """Read hard points from CSV: a name and three coordinates in each row.
 
-    Commas, semicolons or tabs part the cells; with semicolons or tabs a comma is a decimal one.  A
-    first row of headings may say the unit, ``x [m]``; lines that begin with ``#`` are comments.  A
-    row may hold one number, ``wheelbase,2700``, or a word, ``axes,SAE``.
+    Cells are separated by commas, semicolons or tabs; with semicolons or tabs the comma is the
+    decimal sign.  Headings in the first row may give the unit, ``x [m]``; lines that begin with
+    ``#`` are comments.  A row may hold one number, ``wheelbase,2700``, or a word, ``axes,SAE``.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def read_points(file: str | Path, unit: str) -> NamedPoints:
 
 
 def _rows(content: str, between: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows of a file that hold something, with their numbers."""
+    """Yield the rows of a file that are not empty, with their line numbers."""
     try:
         for number, row in enumerate(csv.reader(content.splitlines(), delimiter=between), 1):
             cells = [cell.strip() for cell in row]
@@ -139,14 +139,15 @@ def resolved(given: Mapping[str, Any], named: NamedPoints, file: str) -> tuple[d
     Returns
     -------
     given : dict
-        Tables with coordinates alone; optional ones of whose names none is known are left out.
+        Tables with coordinates instead of names; optional tables without any known name are
+        omitted.
     unused : list of str
-        Names to which nothing refers.
+        Names that no table uses.
 
     Raises
     ------
     InvalidRequest
-        If names have no points: all that are missing are listed.
+        If names have no points; the message lists all of them.
     """
     table = given.get("hard_points", {})
     if not isinstance(table, dict):
@@ -160,7 +161,7 @@ def resolved(given: Mapping[str, Any], named: NamedPoints, file: str) -> tuple[d
     out = _without_absent(out, names)
     out = {k: v if k == "fit" else _each(v, names.placed) for k, v in out.items()}
     vehicle = out.get("vehicle")
-    if isinstance(vehicle, dict):  # numbers of a vehicle are optional each
+    if isinstance(vehicle, dict):  # each number of a vehicle is optional
         out["vehicle"] = {k: v for k, v in vehicle.items() if v is not None}
     if names.missing:
         raise InvalidRequest(
@@ -170,7 +171,7 @@ def resolved(given: Mapping[str, Any], named: NamedPoints, file: str) -> tuple[d
 
 
 def _set(given: Mapping[str, Any], settings: Mapping[str, str], file: str) -> dict[str, Any]:
-    """Return the entries of a file that settings of CSV change."""
+    """Return the entries of a file as changed by the settings of the CSV file."""
     out: dict[str, Any] = {}
     for name, word in settings.items():
         if name == "axes":
@@ -187,7 +188,7 @@ def _set(given: Mapping[str, Any], settings: Mapping[str, str], file: str) -> di
 
 
 class _Names:
-    """Names of a file, with a record of those used and missing."""
+    """Names of a CSV file, with a record of the used and the missing ones."""
 
     def __init__(self, points: Mapping[str, list[float]], named: NamedPoints, signs: Any) -> None:
         self.points, self.named, self.signs = points, named, signs
@@ -211,7 +212,7 @@ class _Names:
         return value if value is None or key in SHARES else value * self.named.factor
 
     def placed(self, table: Any) -> Any:
-        """Return a table with coordinates and numbers in the place of names."""
+        """Return a table with names replaced by coordinates and numbers."""
         if not isinstance(table, dict):
             return table
         out = dict(table)
@@ -238,9 +239,9 @@ def _each(value: Any, of: Any) -> Any:
 
 
 def _without_absent(given: dict[str, Any], names: _Names) -> dict[str, Any]:
-    """Leave out optional tables of whose names none is known, and the names of their drives.
+    """Omit optional tables without any known name, and the names of their drives.
 
-    Tables with one word for `optional` stand or fall together.
+    Tables with equal words for `optional` are kept or omitted together.
     """
     own: dict[str, set[str]] = {}
     for value in given.values():

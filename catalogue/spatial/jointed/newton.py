@@ -1,4 +1,4 @@
-"""Newton's method onto poses at which the drive has given values, from near or rough states."""
+"""Solve for poses at given values of the drive, from near or rough states."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ..continuation.newton import LAST, Accuracy, corrected, solve
 from . import compiled
 from .curve import Curve
 
-#: Of poses; one farther than 0.05 from where it was looked for is that of another assembly.
+#: Accuracy of poses; a pose farther than 0.05 from its start is another assembly.
 ACCURACY = Accuracy(last=LAST, near=0.05, enough=1e-6)
-#: Poses that are corrected together: their arrays stay in the cache.
+#: Poses corrected together: their arrays fit in the cache.
 BLOCK = 2048
 
 
@@ -28,7 +28,7 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
 
 
 def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
-    """Solve by numpy, in blocks."""
+    """Solve by numpy, in blocks; see `solved`."""
     out, found = np.empty_like(y), np.zeros(len(y), bool)
     for low in range(0, len(y), BLOCK):
         some = np.arange(low, min(low + BLOCK, len(y)))
@@ -37,14 +37,12 @@ def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
 
 
 def _rough(a: Array, b: Array) -> Array:
-    """Solve equations (n, k, m) with as many unknowns or fewer, by least squares if fewer: no pose
-    is near.
-    """
+    """Solve linear equations (n, k, m), by least squares if not square."""
     return solve(a, b[..., None])[..., 0] if a.shape[1] == a.shape[2] else (np.linalg.pinv(a) @ b[..., None])[..., 0]
 
 
 def newton(curve: Curve, y: Array, target: Array, steps: int = 60) -> tuple[Array, Array]:
-    """Solve from rough states (n, numbers), damped; return states and where that was possible."""
+    """Solve from rough states (n, numbers) by a damped method; return states and success."""
     y, periodic = y.copy(), curve.system.scalars[-1].periodic
     open_ = np.arange(len(y))
     found = np.zeros(len(y), bool)

@@ -1,4 +1,4 @@
-"""Paths of the values of all scalars, followed by `continuation` as their parameter grows."""
+"""Follow a path of the values of all scalars by `continuation`."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ from .curve import Curve, tangents, wrapped
 from .newton import solved
 from .system import System
 
-#: Least arc length of the parameter from point to point [rad, units]: paths of points that are
-#: nearer each other are smooth beside it.
+#: Least arc length between points of a path [rad, units]; between closer points it is smooth.
 LEAST = 0.02
 
 
 @dataclass(frozen=True)
 class Course:
-    """Values of all scalars through points, which overshoot none of them.
+    """Monotone cubic interpolation of the values of all scalars.
 
     Attributes
     ----------
     factors : ndarray, shape (4, p - 1, n, f)
-        Of the cubics from point to point.
+        Coefficients of the cubics from point to point.
     who : ndarray, shape (m,)
-        Which mechanisms go along it.
+        Numbers of the mechanisms that follow it.
     """
 
     factors: Array
@@ -40,11 +39,11 @@ class Course:
         return Course(smooth.c, np.arange(points.shape[1]))
 
     def take(self, index: Array) -> Course:
-        """Return that of some mechanisms."""
+        """Return the course of some mechanisms."""
         return replace(self, who=self.who[index])
 
     def __call__(self, at: Array) -> tuple[Array, Array]:
-        """Return values (m, f) at parameters (m,), and rates; straight on beyond the last point."""
+        """Return values (m, f) and rates at parameters (m,); linear beyond the last point."""
         end = self.factors.shape[1]
         within = np.minimum(at, end)
         i = np.clip(within.astype(int), 0, end - 1)
@@ -56,7 +55,7 @@ class Course:
 
 @dataclass(frozen=True)
 class PathCurve(Curve):
-    """Poses at the values of a course; a state ends with its parameter over `speed`, the drive."""
+    """Poses along a course; the drive, parameter / `speed`, is the last number of a state."""
 
     course: Course | None = None
     speed: float = 1.0
@@ -98,18 +97,18 @@ class PathCurve(Curve):
         return np.concatenate([self.system.lifted(y[:, :-1], step[:, :-1]), step[:, -1:]], axis=1)
 
     def compiled_step(self, march: object) -> None:
-        """Leave steps to numpy."""
+        """Return None: steps are made by numpy."""
 
 
 def follow(system: System, y: Array, points: Array) -> tuple[Array, Array]:
-    """Follow all scalars through points (p, n, f), from states (n, numbers) at the first.
+    """Follow a path of all scalars through points (p, n, f) from states (n, numbers).
 
     Returns
     -------
     states : ndarray, shape (p, n, numbers)
         NaN at points beyond the end of a motion.
     reached : ndarray, shape (n,)
-        How far each mechanism came, in points from the first.
+        Progress of each mechanism, in points from the first.
     """
     end, n = len(points) - 1, len(y)
     states, reached = np.full((end + 1, *y.shape), np.nan), np.zeros(n)

@@ -22,22 +22,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Proportions:
-    """Numbers of points, and lengths in the size of the mechanism.
+    """Numbers of points, and lengths [sizes of the mechanism].
 
     Attributes
     ----------
     round : int
-        Points of a wheel: its chords are not seen.
+        Points of a wheel's rim; so many that its chords are invisible.
     mesh : int
         Points of a guide along each coordinate.
     angle : float
         Extent of a guide beyond the path of its point [rad].
     beyond : float
-        Extent of a guide beyond the path of its point, in its own length.
+        Extent of a guide beyond the path of its point [lengths of the path].
     coil, turns : float, int
         Radius and number of turns of a spring.
     stub : float
-        Half the length of a shaft, or of a cross's arm, without a point.
+        Half the length of a shaft, or of an arm of a cross, that has no hard point.
     """
 
     round: int = 73
@@ -55,7 +55,7 @@ LOOK = Proportions()
 class Poses:
     """Points and directions of bodies in the poses drawn: of a motion, or the design pose alone.
 
-    Vehicles are drawn in axes of ISO 8855, z upwards: `signs` (3,) turn coordinates into those.
+    Vehicles are drawn in axes of ISO 8855, z upwards; `signs` (3,) convert coordinates to them.
     """
 
     def __init__(self, mechanism: Mechanism, motion: Motion | None, signs: Array) -> None:
@@ -78,7 +78,10 @@ class Poses:
 
 
 def _chosen(motion: Motion) -> list[int]:
-    """Return the pose nearest to the design pose, and the ends; of a closed motion its thirds."""
+    """Return the numbers of the pose nearest to the design pose and of the ghosts.
+
+    Ghosts are the ends of a motion; a closed motion has them at its thirds.
+    """
     good = np.flatnonzero(np.isfinite(motion.states[0]).all(1))
     if not len(good):
         return [0]
@@ -107,7 +110,7 @@ def scene(
     """Compose the scene of a mechanism in its design pose, or of a motion with ghosts."""
     poses = Poses(mechanism, motion, wheels[0].signs if wheels else np.ones(3))
     every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has(x, k)]
-    size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may be in one point
+    size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may coincide
     names = ["left wheel" if w.beside()[0] > 0 else "right wheel" for w in wheels]
     if len(set(names)) < len(wheels):
         names = [f"{w.carrier} centre" for w in wheels]
@@ -143,7 +146,7 @@ def scene(
 
 
 def _along(motion: Motion, drawn: int) -> Array:
-    """Return the poses along the first drive of a grid through the pose drawn; else all."""
+    """Return the poses of a grid along its first drive, through the drawn pose; else all."""
     values = motion.values
     if len(values) < np.prod([len(np.unique(column)) for column in values.T]) or not motion.others:
         return np.arange(len(values))
@@ -226,7 +229,7 @@ def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: fl
 
 
 def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
-    """Return the shaft of a body on a hinge with a kept angle."""
+    """Return the shaft of a body with a hinge and a `KeepAngle`; None without."""
     sides = [
         sign for x in mechanism.elements if isinstance(x, e.KeepAngle) for b, sign in ((x.a, -1), (x.b, 1)) if b == body
     ]
@@ -237,7 +240,7 @@ def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
 
 
 def _joints(mechanism: Mechanism, poses: Poses) -> tuple[Array, Array]:
-    """Return ball joints (p, b, 3), and those of them that stand still (f, 3)."""
+    """Return ball joints (p, b, 3), and the fixed ones (f, 3)."""
     balls, fixed = [], []
     for x in mechanism.elements:
         ends = [(x.a, x.from_), (x.b, x.to)] if isinstance(x, e.Link) else []
@@ -257,11 +260,11 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
         at = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
         axis = x.axis if x.axis is not None else np.subtract(at[1], at[0])
         shaft = _shaft(mechanism, x.body, size)
-        if at and shaft is not None:  # the hinge is drawn on it, off the cross
+        if at and shaft is not None:  # the hinge is drawn on the shaft, away from the cross
             points = poses.point(x.on, np.asarray(at[0], float) + 0.7 * shaft)[:, None]
         elif at:
             points = np.stack([poses.point(x.on, p) for p in at], axis=1)
-        else:  # a slider stands where its body is
+        else:  # a slider is drawn at its body
             points = next((b.points[:, :1] for b in bodies if b.name == x.body), np.zeros((len(poses.which), 1, 3)))
         out.append(
             seen.Axis(
@@ -272,7 +275,7 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
 
 
 def _held_line(x: e.OnGuide) -> bool:
-    """Return whether a guide is a line that a body holds, such as a strut."""
+    """Return whether a guide is a line on a moving body, such as a strut."""
     return x.guide == "line" and x.on != e.GROUND
 
 
@@ -288,7 +291,7 @@ def _ring(poses: Poses, wheel: Wheel) -> Array:
 
 
 def _coil(poses: Poses, spring: e.Length, radius: float) -> Array:
-    """Return a helix from end to end of a spring, (p, m, 3)."""
+    """Return a helix between the ends of a spring, (p, m, 3)."""
     first, second = poses.point(spring.a, spring.from_), poses.point(spring.b, spring.to)
     along = second - first
     across = np.cross(along, np.eye(3)[np.abs(along).argmin(1)])

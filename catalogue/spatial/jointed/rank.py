@@ -10,23 +10,21 @@ from ...kinematics.types import Array
 from .curve import Curve, pivots
 from .system import System
 
-#: Singular values below this part of the largest count as none: rounded hard points make more.
+#: Ratio to the largest below which a singular value is zero: rounded hard points cause larger ones.
 RANK = 1e-8
-#: How far from the design pose a second pose is looked at [rad, units].
+#: Distance of a second pose, for comparison, from the design pose [rad, units].
 ASIDE = 0.03
-#: The same in that pose, which is corrected to 1e-10 and has been moved far from where values
-#: vanish.
+#: Ratio below which a singular value is zero in the second pose, which is corrected to 1e-10.
 RANK_ASIDE = 1e-6
-#: Part of that way below which the pose has come back: the design pose is alone.
+#: Part of that distance below which the second pose has returned: the design pose is isolated.
 BACK = 0.05
-#: How far conditions may be missed in the second pose [units]: else the mechanism does not move
-#: there.
+#: Largest residual of the second pose [units]; if it is larger, the mechanism does not move there.
 MISSED = 1e-8
-#: Singular values below this part of the largest could be none, if hard points were exact.
+#: Ratio to the largest below which a singular value could be zero if hard points were exact.
 NEARLY = 1e-3
 
 
-#: How far conditions may be missed in a pose beside that of rounded hard points [units].
+#: Largest residual next to the design pose that rounded hard points explain [units].
 ROUNDED = 1e-3
 #: Why a mechanism is not moved.
 SINGULAR = "the design pose is singular: more freedoms than beside it, or no pose beside it; give another design pose"
@@ -42,9 +40,9 @@ class Rank(NamedTuple):
     Attributes
     ----------
     use : ndarray of int, shape (r,)
-        As many conditions as are independent wherever the mechanism moves.
+        Numbers of a largest set of independent conditions, in all poses.
     singular : bool
-        Whether the design pose has more freedoms than poses beside it, or none beside it at all.
+        Whether the design pose has more freedoms than its neighbours, or is isolated.
     """
 
     use: Array
@@ -52,7 +50,7 @@ class Rank(NamedTuple):
 
 
 def rank_of(system: System) -> Rank:
-    """Compute the rank of the conditions in the design pose and beside it."""
+    """Compute the rank of the conditions in the design pose and next to it."""
     system = system.take(np.array([0])) if len(system.points) > 1 else system
     y = system.design[None]
     j = system.evaluate(y)[2][0, : system.rows]
@@ -66,7 +64,7 @@ def rank_of(system: System) -> Rank:
     there = _aside(system, y, free, RANK_ASIDE)
     f, _, jacobian = system.evaluate(there)
     gone = np.sqrt((system.weight * (there - y) ** 2).sum())
-    if not np.abs(f).max() <= MISSED or gone < BACK * ASIDE:  # the freedom is one of the first order only
+    if not np.abs(f).max() <= MISSED or gone < BACK * ASIDE:  # the freedom is infinitesimal only
         return Rank(pivots(j[None], rank)[0], True)
     aside = jacobian[0, : system.rows]
     s = np.linalg.svd(aside, compute_uv=False)
@@ -75,7 +73,7 @@ def rank_of(system: System) -> Rank:
 
 
 def _aside(system: System, y: Array, free: Array, least: float) -> Array:
-    """Step aside along rates (f, m) and correct by truncated singular values."""
+    """Step along rates (f, m) to a second pose, and correct it by truncated singular values."""
     direction = free.T @ np.random.default_rng(1).normal(size=len(free))
     y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
     for _ in range(30):
@@ -88,9 +86,9 @@ def _aside(system: System, y: Array, free: Array, least: float) -> Array:
 
 
 def missed_by(system: System) -> tuple[str, float] | None:
-    """Find the condition that a structure misses most beside its design pose [units].
+    """Find the condition with the largest residual next to the design pose [units].
 
-    None if it is far from moving: its hard points are not those of a mechanism, rounded.
+    None if no condition is nearly redundant, or the residual is too large for rounded hard points.
     """
     system = system.take(np.array([0])) if len(system.points) > 1 else system
     y = system.design[None]
@@ -102,8 +100,8 @@ def missed_by(system: System) -> tuple[str, float] | None:
 
 
 def without_missed(curve: Curve, states: Array) -> list[int]:
-    """Make states (n, s, numbers) NaN that miss conditions taken for implied by others; return
-    their mechanisms.
+    """Set states (n, s, numbers) that violate a redundant condition to NaN; return their
+    mechanisms.
     """
     out: list[int] = []
     for i in range(len(states)) if curve.system.redundant else ():

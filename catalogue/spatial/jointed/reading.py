@@ -76,12 +76,12 @@ OTHERS = (
     "title",
     "hard_points",
 )
-#: Folder of files that need hard points alone.
+#: Folder of templates: mechanisms that need only hard points.
 TEMPLATES = folder("data") / "spatial" / "templates"
 
 
 def templates() -> list[str]:
-    """List the names of files that need hard points alone."""
+    """List the names of the templates, which need only hard points."""
     return sorted(file.stem for file in TEMPLATES.glob("*.toml"))
 
 
@@ -91,20 +91,21 @@ def load(file: str | Path, points: str | Path | None = None, both: bool = False,
     Parameters
     ----------
     file : path or str
-        Or the name of a template, one of `templates()`.
+        A file, or the name of a template, one of `templates()`.
     points : path, optional
-        Hard points in CSV, which replace those of the file by their names.
+        CSV of hard points; they replace those of the file with equal names.
     answer : int
-        Which guided body of a file of answers (``find --collection spatial-guidance --save``).
+        Number of the guided body in a file of answers (``find --collection spatial-guidance
+        --save``).
     both : bool
-        Whether the wheel of the file is mirrored at the middle plane: both wheels of an axle.
+        Whether to mirror the wheel of the file at the middle plane, for both wheels of an axle.
 
     Raises
     ------
     InvalidRequest
-        If the file cannot be read, or a name in it means nothing.
+        If the file cannot be read, or has an unknown name.
     InvalidLinkage
-        If what it holds is no mechanism.
+        If its contents are no mechanism.
     """
     instance("file", file, str | PathLike)
     named = TEMPLATES / f"{file}.toml"
@@ -209,7 +210,7 @@ def _wheel(given: dict[str, Any], axes: str, file: str) -> Mounted:
 
 
 def _coupling(one: Mapping[str, Any], drives: Mapping[str, Any], what: str) -> e.Coupling:
-    """Return a coupling of drives; `per_turn` is the way of the first a turn of the second."""
+    """Return a coupling of drives; `per_turn` is the travel of the first per turn of the second."""
     parts = names(f"{what}: of", one.get("of", ()))
     unknown = [part for part in parts if not drives.get(part)]
     if unknown or len(parts) < 2 or set(one) - {"of", "weights", "per_turn", "name"}:
@@ -224,7 +225,7 @@ def _coupling(one: Mapping[str, Any], drives: Mapping[str, Any], what: str) -> e
 
 
 def _drives(given: Mapping[str, Any], file: str, up: tuple[float, ...]) -> dict[str, Any]:
-    """Return scalars by the names of their tables; travel is upwards."""
+    """Return scalars by the names of their tables; travel is upwards by default."""
     drives: dict[str, Any] = dict.fromkeys(given)
     for sums in (False, True):
         for name, one in given.items():
@@ -262,7 +263,7 @@ def tables_in(given: dict[str, Any], name: str, file: str) -> list[dict[str, Any
 
 
 def _made(kind: type, one: dict[str, Any], what: str) -> Any:
-    """Return a dataclass from its fields; `from` stands for `from_`."""
+    """Make a dataclass from its fields; `from` means `from_`."""
     values = {("from_" if k == "from" else k): v for k, v in one.items()}
     known = {f.name for f in fields(kind)}
     for name in values:

@@ -1,4 +1,4 @@
-"""Write the page of a motion: picture, curves, values and their meaning, as one HTML file."""
+"""Write the report of a motion as one HTML file: picture, curves, values and their meaning."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from .job import Job
     from .motion import Motion
 
-#: Panels of one picture of curves: as many as `drawing.curves` plots on a sheet.
+#: Panels of one picture of curves, the limit of a sheet in `drawing.curves`.
 MOST = 24
-#: Of the page: a column of text, numbers in narrow tables.
+#: Style sheet: one column of text, narrow tables of numbers.
 STYLE = (
     "body{font:14px/1.45 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#20262c}div{overflow-x:auto}"
     "img{width:100%}table{border-collapse:collapse;font-size:12px}"
@@ -31,18 +31,18 @@ STYLE = (
 
 
 def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Sequence[str] = ()) -> None:
-    """Write the page of a motion to an HTML file.
+    """Write the report of a motion to an HTML file.
 
     Parameters
     ----------
     job : Job
     motion : Motion
     table : DataFrame
-        The columns to show, those of the drives first.
+        The columns to show; the drives come first.
     file : path
         Its suffix must be ``.html``.
     notes : sequence of str
-        What to say of the motion: where it ends, which hard points were not used.
+        Remarks on the motion: its ends, unused hard points.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The drives of a sweep, their values, and what is held, read from its arguments."""
+"""Parse the arguments of a sweep: drives, their values, held scalars."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...given import array, number, several
 from ...kinematics.types import Array
 from .elements import Scalar, identity, title
 
-#: Poses of a grid at most: their arrays are kept in memory.
+#: Largest number of poses of a grid: their arrays are in memory.
 MOST = 1_000_000
 
 
@@ -28,7 +28,7 @@ class Drives:
         In the unit of the points, or radians.
     held : tuple of scalars
     at : tuple of float
-        Values at which they are held; NaN for that of the design pose.
+        Values at which they are held; NaN: the value in the design pose.
     """
 
     scalars: tuple[Scalar, ...]
@@ -38,7 +38,7 @@ class Drives:
 
     @staticmethod
     def read(drive: Any, values: Any, hold: Any) -> Drives:
-        """Read the arguments of `Mechanism.sweep`; raise InvalidRequest if they are no drives."""
+        """Parse the arguments of `Mechanism.sweep`; raise InvalidRequest if they are no drives."""
         if isinstance(drive, Mapping):
             if values is not None:
                 raise InvalidRequest("values of several drives stand in their mapping: leave `values` out")

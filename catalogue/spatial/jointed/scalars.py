@@ -1,6 +1,4 @@
-"""What drives, is held or is read off, as a function of the pose: its value as a series, and its
-wrench.
-"""
+"""Scalars as functions of the pose: value as a series, and wrench."""
 
 # ruff: noqa: ARG002  (a scalar need not use every argument of its formulas)
 
@@ -17,14 +15,14 @@ from .vectors import cross, dots
 
 @dataclass(frozen=True)
 class ScalarFunction:
-    """Base of those below.
+    """Base class of scalars as functions of the pose.
 
     Attributes
     ----------
     bodies : tuple of int
-        The wrench pushes the second from the first.
+        The wrench acts on the second and, reversed, on the first.
     unit : float
-        Of the value: that of length, or 1.
+        Unit of the value: the unit of length, or 1.
     angular : bool
         Whether the value is an angle.
     """
@@ -36,7 +34,7 @@ class ScalarFunction:
     periodic = False
 
     def row(self, x: Array, d: Array, screws: Array, moves: Array) -> Array:
-        """Return derivatives (n, m) by the unknowns from their screws (n, m, 6) and a mask."""
+        """Return derivatives (n, m) by unknowns; `moves` selects among their screws (n, m, 6)."""
         out = (screws @ self.wrench(x, d)[..., None])[..., 0] * moves
         if self.unknown is not None:
             out[:, self.unknown] = 1.0
@@ -120,7 +118,7 @@ class AngleFunction(ScalarFunction):
 
 @dataclass(frozen=True)
 class SumFunction(ScalarFunction):
-    """A weighted sum of others; `moves` (k, m) says which unknowns move each."""
+    """A weighted sum of scalars; `moves` (k, m) selects the unknowns that move each."""
 
     parts: tuple[ScalarFunction, ...]
     weights: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""What a small displacement of each hard point does to whatever is read off a motion."""
+"""Derivatives of quantities read off a motion by the coordinates of hard points."""
 
 from __future__ import annotations
 
@@ -15,23 +15,22 @@ from .frame import framed
 from .motion import Motion, taken
 from .newton import solved
 
-#: Displacement of a hard point, in the size of the mechanism, for central differences of exact
-#: solutions.
+#: Displacement of a hard point for central differences of exact solutions [sizes of the mechanism].
 STEP = 2.0**-17
 
 
 def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFrame:
-    """Return the derivative of a reading by every coordinate of every hard point, over the sweep.
+    """Differentiate a reading by every coordinate of every hard point, over the sweep.
 
-    A hard point is displaced in the design pose, so that lengths of links follow it, as when a
-    design is varied.  Each displaced mechanism is solved anew from the poses of the given one;
-    central differences, good to about nine digits.
+    Hard points are displaced in the design pose, so lengths of links change with them.  Each
+    displaced mechanism is solved anew from the poses of the given one; central differences give
+    about nine digits.
 
     Parameters
     ----------
     motion : Motion
     reading : callable
-        From a motion to a number per pose, shape (s,), or (n, s) of a batch.
+        Function of a motion that returns a number per pose, shape (s,), or (n, s) for a batch.
 
     Returns
     -------

@@ -1,7 +1,6 @@
-"""Motions of several drives: along a path of their values, over their grid, or with scalars held at
-values.
+"""Sweep several drives along a path or over a grid, with scalars held at given values.
 
-A grid is swept drive after drive: from each pose of one drive by the next, all at once.
+A grid is swept drive by drive: each sweep starts from all poses of the one before.
 """
 
 from __future__ import annotations
@@ -25,9 +24,9 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
     from .system import System
 
-#: Slope of a drive, per arc length, that counts as none.
+#: Largest slope of a stationary drive, per arc length.
 STILL = 1e-7
-#: Why a path goes no farther: its values have no pose on this assembly.
+#: Reason for the end of a path: its values have no pose in this assembly.
 BEYOND = "dead point"
 
 
@@ -47,8 +46,8 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     mechanism : Mechanism
     drives : Drives
     grid : bool
-        Whether every value of a drive is combined with every one of the others; else all go along
-        one path.
+        Whether every value of a drive is combined with every one of the others; else all drives
+        follow one path.
 
     Returns
     -------
@@ -94,7 +93,7 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
 
 
 def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], coupled: int) -> None:
-    """Raise what is wrong with drives in the design pose."""
+    """Raise an error if the drives cannot move the mechanism in the design pose."""
     freedoms, given = system.unknowns - len(system.use) - coupled, len(system.scalars) - coupled
     if freedoms != given:
         raise CannotDrive(

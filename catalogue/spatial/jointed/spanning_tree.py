@@ -1,4 +1,4 @@
-"""Choose the joints that carry bodies: a spanning tree of bodies and joints from the ground on."""
+"""Choose the joints that carry bodies: a spanning tree rooted in the ground."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Carrier = e.Revolute | e.Prismatic | e.Cylindrical
 
 
 class SpanningTree:
-    """Bodies in order, each on an earlier one by its first joint, or free.
+    """Bodies in order; each is carried by an earlier one by its first joint, or is free.
 
     Attributes
     ----------
     bodies : list of str
         The ground first.
     carrier : dict of str to Revolute, Prismatic, Cylindrical, OnGuide or None
-        What each of the others hangs on; None of a free one.
+        The joint that carries each other body; None for a free one.
     """
 
     def __init__(self, elements: Sequence[e.Element]) -> None:
@@ -44,7 +44,7 @@ class SpanningTree:
         return len(self.bodies) - 1
 
     def carries(self, x: e.Element) -> bool:
-        """Return whether a body hangs on a joint; else the joint closes a loop."""
+        """Return whether a joint carries a body; otherwise it closes a loop."""
         return any(x is joint for joint in self.carrier.values())
 
     def body(self, name: str, what: str) -> int:
@@ -60,7 +60,7 @@ class SpanningTree:
 
 
 def _named(elements: Sequence[e.Element]) -> list[str]:
-    """Return the bodies but the ground, as they are named first."""
+    """Return the bodies without the ground, in order of first mention."""
     named: list[str] = []
     for x in elements:
         pair = e.joined(x)
@@ -73,7 +73,7 @@ def _named(elements: Sequence[e.Element]) -> list[str]:
 
 
 def _carriers(elements: Sequence[e.Element]) -> dict[str, Carrier]:
-    """Return the first joint of each body."""
+    """Return the first joint of each body, which carries it."""
     carriers: dict[str, Carrier] = {}
     for x in elements:
         if isinstance(x, Carrier) and x.body not in carriers:
@@ -84,7 +84,7 @@ def _carriers(elements: Sequence[e.Element]) -> dict[str, Carrier]:
 
 
 def grouped(placed: Sequence[Placed]) -> tuple[Placed, ...]:
-    """Return neighbours of one kind that hang on the ground, or are free, together."""
+    """Merge neighbouring entries of one kind that are carried by the ground or free."""
     out: list[Placed] = []
     for p in placed:
         last = out[-1] if out else None

@@ -1,4 +1,4 @@
-"""Forces in links and joints, by the transpose of the Jacobian that moves them (virtual work)."""
+"""Forces in links and joints, by the transpose of the Jacobian (virtual work)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .vectors import cross
 
 @dataclass(frozen=True, eq=False)
 class Load(Stated):
-    """A force on a body at a point of the design pose, and a moment."""
+    """A force and a moment on a body; the point of application is given in the design pose."""
 
     body: str
     force: Sequence[float] | Any
@@ -39,16 +39,16 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per pose, of a batch indexed by mechanism and pose.  Of a link its force, positive
-        for tension; of an element with several conditions one column each, numbered: forces, or
-        moments where the condition is one of directions; of drive and held scalars what acts on
-        them, a force or a moment.  NaN for elements whose conditions others imply: statics does not
-        determine them.
+        One row per pose, for a batch indexed by mechanism and pose.  A link has its force, positive
+        for tension; an element with several conditions has one numbered column for each, a force,
+        or a moment for a condition on directions; drive and held scalars have the force or moment
+        that acts on them.  NaN for elements with redundant conditions: statics does not determine
+        them.
 
     Raises
     ------
     InvalidRequest
-        If something given is no load, or there is no such body.
+        If an entry is no load, or its body is unknown.
     InvalidLinkage
         If a force, a moment or a point is not three finite numbers.
     """
@@ -74,7 +74,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     times: dict[str, int] = {}
     for r, name in enumerate(system.names):
         if r >= system.starts[3]:
-            continue  # an idle rotation bears nothing
+            continue  # an idle rotation carries no load
         times[name] = times.get(name, 0) + 1
         many = sum(n == name for n in system.names) > 1
         label = f"{name} {times[name]}" if many else name
@@ -92,9 +92,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
 
 
 def _undetermined(motion: Motion) -> Array:
-    """Return which reactions statics does not determine, (n s, conditions): those that can balance
-    by themselves.
-    """
+    """Return a mask (n s, conditions) of statically indeterminate reactions."""
     curve, y = motion.flat()
     rows = curve.system.rows
     if not curve.system.redundant:

@@ -24,7 +24,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     Parameters
     ----------
     at : tuple of ndarray
-        What the curve gives at y.
+        Values of the curve at y.
     goal : ndarray, shape (s,)
 
     Returns
@@ -32,9 +32,9 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     states : ndarray, shape (n, s, numbers)
         NaN where there is no pose.
     end : ndarray, shape (n, 2)
-        How far the drive went down and up.
+        Least and greatest value that the drive reached.
     reason : ndarray of str, shape (n, 2)
-        Why no farther; empty where it went as far as asked.
+        Reason of each end; empty if all values were reached.
     """
     start = at[2]
     target = np.stack([np.minimum(goal.min(), start), np.maximum(goal.max(), start)], axis=1)

@@ -1,9 +1,8 @@
 """Dimensionless equations of a mechanism, for many poses at once.
 
-What joins bodies beside the joints on which they hang closes loops.  Each closing condition is a
-scalar with a unit *wrench* at which its bodies push each other, each unknown a *screw* about which
-it moves its bodies (`tree`); their reciprocal product is the Jacobian, for positions, rates and
-reactions alike (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
+Joints that carry no body close loops.  Each closing condition has a unit *wrench* between its two
+bodies, each unknown a *screw* of its bodies (`tree`); their reciprocal products are the Jacobian,
+for positions, rates and reactions (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
 """
 
 from __future__ import annotations
@@ -21,13 +20,13 @@ from .located_guide import LocatedGuide
 from .tree import Tree, span
 from .vectors import cross, dots, series
 
-#: What all mechanisms of a batch have in common, once it was found.
+#: Cached properties that all mechanisms of a batch share.
 SHARED = ("plan", "design", "weight", "starts", "_groups", "_pairs")
 
 
 @dataclass(frozen=True)
 class OnKind:
-    """A point (an end) on a guide that body `on` carries; its rows."""
+    """A point (an end) on a guide of body `on`, and the rows of its conditions."""
 
     end: int
     on: int
@@ -37,7 +36,7 @@ class OnKind:
 
 @dataclass(frozen=True)
 class System(Tree):
-    """The tree of a mechanism and what closes its loops, as `Formulation.system` makes it.
+    """The tree of a mechanism and its loop conditions; made by `Formulation.system`.
 
     Attributes
     ----------
@@ -46,7 +45,7 @@ class System(Tree):
     distances : ndarray, shape (2, r)
         Pairs of ends; `lengths` (N, r) their distances.
     offsets : ndarray, shape (3, r)
-        End, end and vector: the difference keeps its component.
+        Two ends and a vector: their difference has a constant component along it.
     angles : ndarray, shape (2, r)
         Pairs of vectors that keep their angle.
     idle : ndarray, shape (1, r)
@@ -54,13 +53,13 @@ class System(Tree):
     facing : ndarray, shape (2, r)
         Pairs of vectors that point the same way in every pose.
     moves : ndarray, shape (c, m)
-        Whether an unknown moves the second body of a row, less whether it moves the first.
+        1 if an unknown moves only the second body of a row, -1 only the first, else 0.
     use : ndarray of int, shape (r,)
-        As many conditions as are independent where the mechanism moves.
+        Numbers of a largest set of independent conditions.
     singular : bool
-        Whether the design pose has more freedoms than poses beside it, or none beside it at all.
+        Whether the design pose has more freedoms than its neighbours, or is isolated.
     scalars : tuple of `scalars.ScalarFunction`
-        Held ones, and the driven one last; their rows come after the others.
+        The held ones, then the driving one; their rows come last.
     """
 
     ends: tuple[list[int], list[int]]
@@ -85,21 +84,21 @@ class System(Tree):
 
     @cached_property
     def plan(self) -> Any:
-        """What a compiled evaluation needs but for the geometry; None if there is none."""
+        """The plan of the compiled evaluation, without geometry; None if not supported."""
         return compiled.plan(self)
 
     @cached_property
     def fast(self) -> compiled.Fast | None:
-        """What evaluates these equations compiled; None if that cannot be."""
+        """The compiled evaluation of these equations; None if not supported."""
         return compiled.fast(self)
 
     @property
     def redundant(self) -> bool:
-        """Whether some conditions are implied by others: the mechanism is overconstrained."""
+        """Whether the mechanism is overconstrained: some conditions imply others."""
         return len(self.use) < self.rows
 
     def take(self, index: Array) -> System:
-        """Return the system of some mechanisms of the batch, in any order and number."""
+        """Return the system of selected mechanisms of the batch; repeats are permitted."""
         if len(self.points) == 1:
             return self
         some = replace(self, points=self.points[index], directions=self.directions[index])
@@ -107,7 +106,7 @@ class System(Tree):
         return some
 
     def with_points(self, points: Array) -> System:
-        """Return the system of mechanisms with other hard points (n, h, 3), in units."""
+        """Return the system with other hard points (n, h, 3), in units."""
         return replace(self, points=points, directions=directions(self.specs, points))
 
     @cached_property
@@ -137,7 +136,7 @@ class System(Tree):
 
     @cached_property
     def _groups(self) -> tuple[list[tuple[int, Any, Any]], ...]:
-        """Ends, and vectors, by body: where they stand, and which points or directions they are."""
+        """Ends and vectors grouped by body: their positions, and their points or directions."""
         out = []
         for bodies, which in (self.ends, self.vectors):
             b, w = np.asarray(bodies, int), np.asarray(which, int)
@@ -146,7 +145,9 @@ class System(Tree):
 
     @cached_property
     def _pairs(self) -> list[Any]:
-        """Ends of distances and offsets, vectors of offsets and angles, by pairs."""
+        """Indices of the ends and vectors of distances, offsets and angles, one array for each
+        role.
+        """
         return [span(v) for v in (*self.distances, *self.offsets, *self.angles)]
 
     def residual(self, x: Array, d: Array, rotation: Array, shift: Array) -> Array:

@@ -1,6 +1,4 @@
-"""What designers of function generators read off: output over input with derivatives, and the
-transmission angle.
-"""
+"""Characteristics of function generators: output with derivatives, transmission angle."""
 
 from __future__ import annotations
 
@@ -22,11 +20,11 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     ----------
     motion : Motion
     output : str
-        A body on a revolute joint on the ground, for the transmission angle; else on any joint.
+        A body on any joint; the transmission angle needs a revolute joint on the ground.
     link : str, optional
-        The name of the link that moves it: its transmission angle is that between the link and the
-        plane across which the output's end of it moves, 90 degrees at best, 0 at a dead point of
-        the output.
+        Name of the link that moves the output.  The transmission angle is the complement of the
+        angle between the link and the velocity of its end on the output: 90 degrees at best, 0 at a
+        dead point of the output.
 
     Raises
     ------

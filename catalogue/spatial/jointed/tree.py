@@ -1,10 +1,10 @@
-"""Poses of bodies that hang on joints: the spanning tree of a mechanism, without dimensions, for
-many states at once.
+"""Poses of bodies carried by joints, the spanning tree of a mechanism: dimensionless, for many
+states.
 
-Every body has the frame of the design pose, so that hard points are body coordinates, and all
-bodies start at the identity.  A body hangs on the first revolute, prismatic or cylindrical joint
-that was stated of it, or is free.  Each unknown is a *screw* about which it moves its bodies (Hunt,
-Kinematic Geometry of Mechanisms, ch. 12).
+Every body has the frame of the design pose: hard points are body coordinates, and the pose of each
+body starts at the identity.  A body is carried by the first revolute, prismatic or cylindrical
+joint stated for it, or is free.  Each unknown moves its bodies about a *screw* (Hunt, Kinematic
+Geometry of Mechanisms, ch. 12).
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from .vectors import EYE, cayley, cross, series, skew, waves
 from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
-#: Unknowns of each kind of joint.
+#: Number of unknowns of each kind of joint.
 UNKNOWNS = (1, 1, 2, 2, 1, 6)
-#: Numbers of the state of each kind of joint.
+#: Number of state entries of each kind of joint.
 NUMBERS = (1, 1, 2, 2, 1, 7)
 
 
 def span(index: Sequence[int] | Array) -> Any:
-    """Return numbers as a slice if they are evenly spaced: it selects without a copy."""
+    """Return indices as a slice if they are evenly spaced: a slice selects without a copy."""
     i = [int(k) for k in index]
     step = i[1] - i[0] if len(i) > 1 else 1
     if i and step > 0 and i == list(range(i[0], i[-1] + 1, step)):
@@ -41,11 +41,9 @@ def span(index: Sequence[int] | Array) -> Any:
 
 @dataclass(frozen=True)
 class Placed:
-    """Bodies on joints of one kind: numbers of bodies, of those they hang on, of unknowns, and of
-    the state.
+    """Bodies on joints of one kind: indices of bodies, carrying bodies, unknowns, state entries.
 
-    `lead` says how far revolute joints that are screws advance, in units per radian; empty if none
-    is.
+    `lead` is the advance of screw joints [units/rad]; empty without screws.
     """
 
     joint_kind: int
@@ -63,11 +61,11 @@ class Placed:
         return span(self.bodies)
 
     def numbers(self, k: int = 0) -> Any:
-        """Return where the k-th numbers of these joints stand in a state."""
+        """Return the indices of the k-th numbers of these joints in a state."""
         return self._spans[k][0]
 
     def unknowns(self, k: int = 0) -> Any:
-        """Return where their k-th unknowns stand."""
+        """Return the indices of their k-th unknowns."""
         return self._spans[k][1]
 
     @cached_property
@@ -78,8 +76,7 @@ class Placed:
 
 @dataclass(frozen=True)
 class Tree:
-    """Bodies on their joints; the leading axis N of the geometry is 1, or that of a batch of
-    mechanisms.
+    """Bodies on their joints; the leading axis N of the geometry is 1 or the size of the batch.
 
     Attributes
     ----------
@@ -87,7 +84,7 @@ class Tree:
         Hard points and unit vectors, in units, about a centre.
     placed : tuple of Placed
     unknowns, numbers : int
-        How many unknowns there are, and numbers of a state.
+        Number of unknowns; length of a state.
     """
 
     bodies: tuple[str, ...]
@@ -110,7 +107,7 @@ class Tree:
 
     @cached_property
     def weight(self) -> Array:
-        """Weights by which squares of a unit rate add up to 1; shape (numbers,)."""
+        """Weights of the squares of a rate in its norm, shape (numbers,)."""
         w = np.ones(self.numbers)
         for p in self.placed:
             if p.joint_kind == FREE:
@@ -126,7 +123,7 @@ class Tree:
         y : ndarray, shape (n, numbers)
             States.
         x : ndarray, shape (K + 1, n, unknowns), optional
-            A motion from there as a series, its first coefficient 0.
+            A motion from these states as a series; its first coefficient is 0.
         """
         n, order = len(y), 1 if x is None else len(x)
         rotation = np.zeros((order, n, len(self.bodies), 3, 3))
@@ -176,7 +173,7 @@ class Tree:
 
     @cached_property
     def _axes(self) -> list[tuple[Array, ...]]:
-        """Axis and point of joints, and constant parts of rotations about them."""
+        """Axes and points of joints, and the constant parts of their rotations."""
         out: list[tuple[Array, ...]] = []
         for p in self.placed:
             at = self.points[:, p.point]
@@ -187,9 +184,7 @@ class Tree:
 
     @cached_property
     def _still(self) -> Array:
-        """Screws that never change: of joints on the ground, and translations of free bodies; (N,
-        unknowns, 6).
-        """
+        """Constant screws (N, unknowns, 6): joints on the ground, translations of free bodies."""
         out = np.zeros((len(self.points), self.unknowns, 6))
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
             if p.joint_kind == FREE:
@@ -209,7 +204,7 @@ class Tree:
             out[:, [k + (p.joint_kind == CYLINDRICAL) for k in p.unknown], :3] = axis
 
     def _charted(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
-        """A point carried by a guide: its body is moved by it without turning."""
+        """Return the pose of a point on a guide, a body that does not rotate."""
         assert p.guide is not None
         two = np.arange(UNKNOWNS[p.joint_kind])
         q = self._coordinates(y, x, p.number[0] + two, p.unknown[0] + two)
@@ -237,9 +232,7 @@ class Tree:
         return turn, move
 
     def screws(self, y: Array, rotation: Array, shift: Array) -> Array:
-        """Return the screw of every unknown, shape (n, unknowns, 6): the velocity of the origin,
-        and the rotation.
-        """
+        """Return the screws (n, unknowns, 6) of all unknowns: velocity of the origin, rotation."""
         out = np.empty((len(y), self.unknowns, 6))
         out[:] = self._still
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
@@ -259,9 +252,7 @@ class Tree:
         return out
 
     def numbered(self, y: Array, x: Array) -> Array:
-        """Return the numbers of the state as series (K + 1, n, numbers); those of free bodies stand
-        still.
-        """
+        """Return the state as series (K + 1, n, numbers); entries of free bodies are constant."""
         out = np.zeros((len(x), *y.shape))
         out[0] = y
         for p in self.placed:
@@ -296,9 +287,7 @@ class Tree:
         return y
 
     def lifted(self, y: Array, step: Array) -> Array:
-        """Return the rates (n, numbers) of the states when the unknowns have those given (n,
-        unknowns).
-        """
+        """Return the rates (n, numbers) of states from the rates (n, unknowns) of the unknowns."""
         out = np.empty_like(y)
         for p in self.placed:
             if p.joint_kind == FREE:

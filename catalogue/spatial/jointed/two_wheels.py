@@ -1,4 +1,4 @@
-"""What the two wheels of an axle do together: track, roll centre, steering geometry."""
+"""Kinematic characteristics of an axle: track, roll centre, steering geometry."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .elements import Scalar
 from .frame import framed
 from .motion import Motion
 
-#: Difference of the slopes of two normals below which they do not meet.
+#: Difference of the slopes of two normals below which they are parallel.
 PARALLEL = 1e-12
 #: Reason why a pose has no turning circle.
 STRAIGHT = "in some poses the wheels do not turn to one side"
@@ -30,9 +30,9 @@ def axle(
     ----------
     motion : Motion
     one, other : Wheel
-        On either side of the middle plane.
+        Wheels on opposite sides of the middle plane.
     steer : scalar, optional
-        What steers both wheels; it is held where the axle rolls.
+        Scalar that steers both wheels; held in roll.
     wheelbase : float, optional
         For Ackermann and the turning circle, in the unit of length.
 
@@ -84,7 +84,7 @@ def axle(
 def _in_roll(
     motion: Motion, wheels: list[Wheel], seats: list[Seat], steer: Scalar | None
 ) -> tuple[str, dict[str, Array]]:
-    """Compute the columns of roll, heave and steering held, and the reason for NaN.
+    """Compute the columns of roll, with heave and steering held, and the reason for NaN.
 
     The roll centre is where the normals to the paths of both contact points meet.
     """

@@ -1,6 +1,4 @@
-"""Vectors, rotations and their power series, batch by batch: the last axes are those of the vector
-or the matrix.
-"""
+"""Vectors, rotations and their power series, for batches; vector and matrix axes come last."""
 
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ import numpy as np
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor, coefficients
 
-#: Of the vector product, so that a vector times it is its skew matrix, row by row.
+#: Tensor of the vector product: a vector times it is the skew matrix, row by row.
 LEVI_CIVITA = np.zeros((3, 9))
 for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
     LEVI_CIVITA[_i, 3 * _k + _j], LEVI_CIVITA[_i, 3 * _j + _k] = 1, -1
@@ -24,8 +22,9 @@ def skew(a: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector product along the last axis; few by one matrix product each, many component
-    by component.
+    """Return the vector product along the last axis.
+
+    Small arrays use one matrix product each, large ones component by component.
     """
     if a.size + b.size < 512:
         return np.asarray((skew(a) @ b[..., None])[..., 0])
@@ -50,7 +49,7 @@ def dots(a: Array, b: Array) -> Array:
 
 
 def waves(q: Array) -> tuple[Array, Array]:
-    """Return the series of sines and cosines of angles that are series, as factors of matrices."""
+    """Return the series of sines and cosines of angles given as series, to multiply matrices."""
     t = Taylor(q)
     return np.sin(t).c[..., None, None], np.cos(t).c[..., None, None]
 

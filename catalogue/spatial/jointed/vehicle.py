@@ -13,9 +13,9 @@ from ...given import Stated, array, choice, instance, number, positive
 from ...kinematics.types import Array
 from .columns import VEHICLE, heading
 
-#: Where an axle is.
+#: Positions of an axle in the vehicle.
 AXLES = ("front", "rear")
-#: Where brakes are; inboard ones leave their torque in the body.
+#: Positions of brakes; the torque of inboard ones acts on the body.
 BRAKES = ("outboard", "inboard")
 
 
@@ -26,13 +26,13 @@ class Vehicle(Stated):
     Parameters
     ----------
     wheelbase : float
-        In the unit of the mechanism, as all lengths here.
+        In the unit of the mechanism, like all lengths here.
     axle : str
-        ``"front"`` or ``"rear"``: the axle that is moved.  Needed for all but the wheelbase.
+        ``"front"`` or ``"rear"``: the modelled axle.  Optional if only the wheelbase is given.
     height : float, optional
         Height of the centre of gravity above the ground.
     braking, driving : float, optional
-        Shares, 0 to 1, of the braking and of the driving force that act on this axle.
+        Shares, 0 to 1, of the braking and of the driving force on this axle.
     brakes : str
         ``"outboard"``, on the carrier, or ``"inboard"``.
     live : bool
@@ -43,7 +43,7 @@ class Vehicle(Stated):
     Raises
     ------
     InvalidRequest
-        If a length is not above 0, a share beyond 0 to 1, or something is missing.
+        If a length is not above 0, a share is outside 0 to 1, or a value is missing.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Vehicle(Stated):
             choice("axle", self.axle, AXLES)
 
     def supports(self, contact: Any, centre: Any) -> dict[str, Array]:
-        """Compute how much of dive, lift and squat the suspension supports.
+        """Compute the shares of dive, lift and squat that the suspension supports.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class Vehicle(Stated):
         Returns
         -------
         dict of ndarray, shape (s,)
-            By the keys of `columns.VEHICLE` [%]; only those whose share of force is stated.
+            By the keys of `columns.VEHICLE` [%]; only those with a stated share of force.
         """
         out, ahead = {}, self.axle == "front"
         sign = 1.0 if ahead else -1.0
@@ -141,16 +141,16 @@ def supported(vehicle: Vehicle, wheel: pd.DataFrame, unit: str) -> pd.DataFrame:
 
 
 def anti_dive(support_angle: Any, wheelbase: float, height: float, share: float) -> Array:
-    """Compute how much of the dive under braking a front axle supports [%].
+    """Compute the share of the brake dive that a front axle supports [%].
 
-    Of a rear axle it is minus the anti-lift (Reimpell, Stoll and Betzler, The Automotive Chassis,
-    2nd ed., section 6.3).
+    For a rear axle the result is minus the anti-lift (Reimpell, Stoll and Betzler, The Automotive
+    Chassis, 2nd ed., section 6.3).
 
     Parameters
     ----------
     support_angle : array-like
-        Of the contact point (brake outboard) or the centre (inboard) [deg], positive for a path up
-        and forwards.
+        Support angle of the contact point (outboard brake) or of the centre (inboard) [deg],
+        positive for a path up and forwards.
     wheelbase, height : float
         Wheelbase, and height of the centre of gravity, in one unit.
     share : float
@@ -159,7 +159,7 @@ def anti_dive(support_angle: Any, wheelbase: float, height: float, share: float)
     Raises
     ------
     InvalidRequest
-        If something is no number, or a length not above 0.
+        If an argument is no number, or a length is not above 0.
 
     Examples
     --------

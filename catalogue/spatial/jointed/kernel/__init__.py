@@ -1,9 +1,11 @@
-"""The equations of one pose and Newton's method on them, compiled by numba: what the modules beside
-this room do for many poses at once by numpy, without surfaces and curves.
+"""Equations of one pose and Newton's method, compiled by numba.
 
-The formulas are theirs: `pose` has the equations (`tree`, `system`, `scalars`), which
-`native.newton` solves and `native.curve` follows, by the tests and constants of `continuation`;
-`sweep` is what is called from outside, by `jointed.compiled` (`sweeping`).
+The modules of `jointed` do this by numpy for many poses at once; they also treat surfaces and
+curves.
+
+`pose` repeats the formulas of `tree`, `system` and `scalars`; `native.newton` solves them and
+`native.curve` follows their curve, by the tests and constants of `continuation`.  `sweep` has the
+functions that `jointed.compiled` calls.
 """
 
 from ...native.curve import SINGULAR, Nodes, nodes

@@ -1,6 +1,4 @@
-"""The equations of one pose: where bodies, ends and vectors are, what is lacking, and the Jacobian
-of that.
-"""
+"""Equations of one pose: positions of bodies, ends and vectors, residuals, Jacobian."""
 
 from __future__ import annotations
 
@@ -22,7 +20,7 @@ UNKNOWN, TRAVEL, LENGTH, ANGLE, SUM = range(5)
 
 
 class Plan(NamedTuple):
-    """A system but for its geometry: joints by rows of integers, rows of conditions, scalars."""
+    """A system without its geometry: joints as rows of integers, conditions, scalars."""
 
     joints: Integers  # (joints, 7): kind, body, body it hangs on, unknown, number, point, direction
     lead: Floats  # (joints,)
@@ -33,16 +31,16 @@ class Plan(NamedTuple):
     angles: Integers
     idle: Integers
     moves: Floats  # (rows and scalars, unknowns)
-    scalars: Integers  # (scalars, 5): kind, its integers, and whether its value is known but for whole turns
+    scalars: Integers  # (scalars, 5): kind, integer parameters, whether its value is known up to whole turns
     weights: Floats  # of the parts of sums
-    keep: Integers  # rows of the conditions of the curve: those in use, and of what is held
+    keep: Integers  # rows of the curve's conditions: independent conditions and held scalars
     redundant: bool  # whether some conditions are implied by others
-    stated: Integers  # rows of what is held and drives, without the parts of sums
+    stated: Integers  # rows of held and driving scalars, without the parts of sums
     weight: Floats  # (numbers,)
 
 
 class Geometry(NamedTuple):
-    """Hard points, directions and constants of a batch of mechanisms, the first axis theirs."""
+    """Hard points, directions and constants of a batch; the first axis counts mechanisms."""
 
     points: Floats
     directions: Floats
@@ -52,31 +50,31 @@ class Geometry(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What an evaluation and a step leave behind."""
+    """Work arrays and results of an evaluation and a step."""
 
     rotation: Floats  # (bodies, 3, 3)
     shift: Floats  # (bodies, 3)
     axis: Floats  # (joints, 3): axes, where they are
-    arm: Floats  # (joints, 3): velocity of the origin about an axis; of a free body where its point is
+    arm: Floats  # (joints, 3): velocity of the origin in a rotation about the axis; of a free body its point
     ends: Floats  # (e, 3)
     vectors: Floats  # (v, 3)
     wrench: Floats  # (rows and scalars, 6)
     value: Floats  # (rows and scalars,)
     jacobian: Floats  # (rows and scalars, unknowns)
     matrix: Floats  # (unknowns, unknowns): factored
-    interchanged: Integers  # (unknowns,): rows, on the way
+    interchanged: Integers  # (unknowns,): interchanged rows of an elimination
     step: Floats  # (unknowns,)
     along: Floats  # (unknowns,)
     tangent: Floats  # (unknowns,)
     y: Floats  # (numbers,)
     rate: Floats  # (numbers,)
     off: Floats  # (numbers,)
-    rows: Integers  # as `keep`, the conditions those that stand for all others where they were selected
-    left: Floats  # (conditions, unknowns): of their Jacobian, on the way to `rows`
+    rows: Integers  # like `keep`, with the conditions that imply all others where they were selected
+    left: Floats  # (conditions, unknowns): what remains of their Jacobian while `rows` are selected
 
 
 def work(plan: Plan, numbers: int) -> Work:
-    """Return room for one pose."""
+    """Allocate the arrays of one pose."""
     bodies, rows, m = len(plan.joints) + 1, len(plan.moves), plan.moves.shape[1]
     rotation = np.zeros((bodies, 3, 3))
     rotation[0] = np.eye(3)
@@ -99,7 +97,7 @@ def work(plan: Plan, numbers: int) -> Work:
 
 @compiled
 def placed(plan, points, directions, y, w):
-    """Put bodies where their joints have them, with the screws of the joints."""
+    """Compute the poses of bodies and the screws of their joints."""
     r, t = w.rotation, w.shift
     for j in range(len(plan.joints)):
         joint_kind, b, on, n = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 4]
@@ -132,7 +130,7 @@ def placed(plan, points, directions, y, w):
 
 @compiled
 def turned(r, b, x, y, z):
-    """Return a vector as a body has turned it."""
+    """Rotate a vector by the rotation of a body."""
     return (
         r[b, 0, 0] * x + r[b, 0, 1] * y + r[b, 0, 2] * z,
         r[b, 1, 0] * x + r[b, 1, 1] * y + r[b, 1, 2] * z,
@@ -142,7 +140,7 @@ def turned(r, b, x, y, z):
 
 @compiled
 def place(r, t, b, on, joint_kind, angle, lead, slide, p, a):
-    """Put one body where its joint has it: turned by an angle about an axis, and moved along it."""
+    """Compute the pose of one body: rotation by an angle about its joint axis, shift along it."""
     s, c, far = 0.0, 1.0, slide
     if joint_kind != PRISMATIC:
         s, c = sin(angle), cos(angle)
@@ -172,7 +170,7 @@ def place(r, t, b, on, joint_kind, angle, lead, slide, p, a):
 
 @compiled
 def attached(plan, points, directions, w):
-    """Find where all ends and all vectors are."""
+    """Compute the positions of all ends and the directions of all vectors."""
     for e in range(plan.ends.shape[1]):
         b, p = plan.ends[0, e], plan.ends[1, e]
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
@@ -190,7 +188,7 @@ def attached(plan, points, directions, w):
 
 @compiled
 def push(w, row, end, x, y, z):
-    """Note the wrench of a force at an end."""
+    """Add the wrench of a force at an end to a row."""
     e, f = w.ends, w.wrench
     f[row, 0], f[row, 1], f[row, 2] = x, y, z
     f[row, 3] = e[end, 1] * z - e[end, 2] * y
@@ -200,7 +198,7 @@ def push(w, row, end, x, y, z):
 
 @compiled
 def closed(plan, geometry, g, w):
-    """Find what each loop lacks, and the wrench of each."""
+    """Compute the residual and the wrench of each loop condition."""
     x, d, row = w.ends, w.vectors, 0
     for k in range(plan.distances.shape[1]):
         a, b, length = plan.distances[0, k], plan.distances[1, k], geometry.lengths[g, k]
@@ -230,7 +228,7 @@ def closed(plan, geometry, g, w):
 
 @compiled
 def read(plan, y, w, row):
-    """Find the values of the scalars, and the wrench of each."""
+    """Compute the value and the wrench of each scalar."""
     x, d = w.ends, w.vectors
     for k in range(len(plan.scalars)):
         scalar_kind, a, b, c = plan.scalars[k, 0], plan.scalars[k, 1], plan.scalars[k, 2], plan.scalars[k, 3]
@@ -269,7 +267,7 @@ def read(plan, y, w, row):
 
 @compiled
 def paired(plan, w):
-    """Find the Jacobian: the products of wrenches and screws."""
+    """Compute the Jacobian: the products of wrenches and screws."""
     f, out = w.wrench, w.jacobian
     for j in range(len(plan.joints)):
         joint_kind, u = plan.joints[j, 0], plan.joints[j, 3]
@@ -303,9 +301,7 @@ def paired(plan, w):
 
 @compiled
 def evaluate(plan, geometry, g, y, w, jacobian):
-    """Find what the conditions lack and the values of the scalars in one state; with their
-    Jacobian, if asked for.
-    """
+    """Compute residuals and scalars in one state; with `jacobian`, their Jacobian too."""
     placed(plan, geometry.points[g], geometry.directions[g], y, w)
     attached(plan, geometry.points[g], geometry.directions[g], w)
     row = closed(plan, geometry, g, w)
@@ -337,7 +333,7 @@ def moved(plan, y, step):
 
 @compiled
 def unitary(plan, y):
-    """Give quaternions the length 1, in place."""
+    """Normalise quaternions, in place."""
     for j in range(len(plan.joints)):
         if plan.joints[j, 0] == FREE:
             n = plan.joints[j, 4]
@@ -348,7 +344,7 @@ def unitary(plan, y):
 
 @compiled
 def lifted(plan, y, step, out):
-    """Find the rates of a state when the unknowns have those given."""
+    """Compute the rates of a state from the rates of the unknowns."""
     for j in range(len(plan.joints)):
         joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
         if joint_kind == FREE:

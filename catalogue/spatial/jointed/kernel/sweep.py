@@ -1,4 +1,4 @@
-"""What is called from outside, for many states, curves or mechanisms one after the other."""
+"""Compiled entry points: loops over many states, curves or mechanisms."""
 
 from __future__ import annotations
 
@@ -13,31 +13,29 @@ from ...native.elimination import substitute
 from ...native.newton import corrected, factored, select
 from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, evaluate
 
-#: How far beyond an end of its way a value of the drive still counts as reached.
+#: Distance beyond the end of a motion at which a value of the drive is reached [units or rad].
 BESIDE = 1e-12
 #: Of these kernels.
 VERSION = version(__file__)
 
 
 class Sweep(NamedTuple):
-    """Requests and answers of a batch.
+    """Input and results of the sweep of a batch.
 
     Attributes
     ----------
     start : Nodes
-        Of each, the pose from which it sets out; its tangent the direction in which the drive
-        grows.
+        Start poses; their tangents point in the direction of growing drive.
     orientation : ndarray, shape (n,)
         Sign of the Jacobian bordered by that tangent.
     target : ndarray, shape (n, 2)
-        How far to go down, and up.
+        Least and greatest value of the drive to reach.
     goal : ndarray, shape (s,)
         Values of the drive.
     states, found : ndarray, shape (n, s, numbers), (n, s)
-        At the goals, and whether there is a pose: -1 where a matrix was singular, 0 where there is
-        none.
+        States at the goals; 1 with a pose, 0 without, -1 where a matrix was singular.
     end, why : ndarray, shape (n, 2)
-        Where the drive came to, and why no farther.
+        Values that the drive reached, and the reasons of its ends.
     """
 
     start: Floats
@@ -115,9 +113,7 @@ def carried(plan, w, twist, i, k):
 
 @kept
 def solved(plan, geometry, w, held, y, target, found, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
-    """Correct states, in place, so that the drive has given values; `found` as `corrected` returns
-    it.
-    """
+    """Correct states in place to given values of the drive; fill `found` as `corrected` does."""
     for i in range(len(y)):
         g = 0 if len(geometry.points) == 1 else i
         found[i] = corrected(plan, geometry, g, held[i], y[i], target[i], w, accuracy)
@@ -125,9 +121,7 @@ def solved(plan, geometry, w, held, y, target, found, accuracy, version=VERSION)
 
 @kept
 def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing, version=VERSION):  # noqa: ARG001  # part of its types
-    """Try a step of many curves: nodes (n, 3) of each are the one before, the last, and room for
-    the next.
-    """
+    """Try a step of many curves; nodes (n, 3) are the previous, the last and the next."""
     for i in range(len(h)):
         g = 0 if len(geometry.points) == 1 else i
         own = Nodes(nodes.s[i], nodes.y[i], nodes.rate[i], nodes.drive[i], nodes.slope[i], nodes.tangent[i])
@@ -141,7 +135,7 @@ def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing
 
 @kept
 def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
-    """Sweep mechanisms from their design poses both ways; `nodes` is room."""
+    """Sweep mechanisms from their design poses both ways; `nodes` is work space."""
     for c in range(len(sweep.orientation)):
         g = 0 if len(geometry.points) == 1 else c
         for side in range(2):
