@@ -1,11 +1,10 @@
-"""The six classes of a body with points on surfaces and curves: where it is, how fast it moves, how
-far it can go.
+"""The six classes of a body with points on surfaces and curves: positions, derivatives, motion.
 
-Batches of unlike guides.  `mechanism.Mechanisms` is a checked batch; `position.solve_positions`
-solves its position equations (`equations`) by `newton`, and `formulation` says where Euler angles
-or distances would be singular. `assemblies` finds all solutions (by `closed_form`, else from
-random starts), `derivatives.jets` velocities and what follows them, `follow.follow` leads a batch
-along a path of its drivers (`walk`, whose steps are those of `continuation`, and `filling`), or,
-where numba is installed, `compiled` does by `kernel`.  It imports `geometry`, `continuation` and
-`native`.
+Guides of a batch may differ in kind.  `mechanism.Mechanisms` is a checked batch;
+`position.solve_positions` solves its position equations (`equations`) by `newton`; `formulation`
+finds singularities of Euler angles and distances.  `assemblies` finds all solutions, by
+`closed_form` or from random starts; `derivatives.jets` computes velocities and higher derivatives.
+`follow.follow` moves a batch along a path of its drivers, by `walk` (with steps of `continuation`)
+and `filling`, or, where numba is installed, by `compiled` and `kernel`.  The room imports
+`geometry`, `continuation` and `native`.
 """

@@ -1,10 +1,9 @@
-"""All ways to assemble a mechanism at given values of its drivers: by closed elimination, else from
-random positions.
+"""Find all assemblies at given driver values, by closed elimination or from random positions.
 
-Elimination (`closed_form`) misses none.  Newton's method from random starts cannot prove that: how
-often each assembly was found, how many starts found nothing new, and whether their number is even,
-as it is of algebraic guides, say how likely it is.  That what was found is there, and that no two
-are one, is certain in the sense of `Assemblies.certified`.
+Elimination (`closed_form`) finds all.  Newton's method from random starts cannot prove that; the
+hits of each assembly, the number of fruitless starts and the parity of the number (even for
+algebraic guides) say how likely it is.  `Assemblies.certified` proves that an assembly exists and
+is distinct from the others.
 """
 
 from __future__ import annotations
@@ -24,48 +23,47 @@ from .newton import newton
 from .position import ASSEMBLED, Positions, conditioning, driver_units, driver_values, off_edge, reported
 from .unknowns import moved
 
-#: Assemblies whose points are nearer than this, in units, are one.
+#: Largest distance between the points of equal assemblies [units].
 SAME = 1e-6
-#: Difference quotient for the second derivatives [rad, units].
+#: Step of the difference quotient for second derivatives [rad, units].
 DIFFERENCE = 1e-5
-#: Random starts at most.
+#: Largest number of random starts.
 MOST = 1_000_000
 EPS = float(np.finfo(float).eps)
-#: Starts that are made at once.
+#: Starts solved at once.
 BLOCK = 4096
-#: Starts for a mechanism that moves while its drivers stand still.
+#: Starts for a mechanism that can move with fixed drivers.
 FEW = 64
-#: Newton's steps before a random start is given up.
+#: Newton steps before a random start is abandoned.
 STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Assemblies:
-    """Assemblies of n mechanisms, one after another.
+    """Assemblies of n mechanisms; those of a mechanism are consecutive.
 
     Attributes
     ----------
     mechanism : ndarray, shape (a,)
-        Whose assembly it is.
+        Number of the mechanism of each assembly.
     positions : Positions
-        a of them.
+        The a positions.
     hits : ndarray, shape (a,)
-        How many starts came to it; 0 if it was found by elimination.
+        Number of starts that converged to each; 0 if found by elimination.
     certified : ndarray, shape (a,)
-        Whether Newton's method provably converges from there (h < 1/2, Newton-Kantorovich, the
-        second derivatives taken at the root and doubled), and its ball of convergence meets no
-        other's.
+        Whether Newton's method provably converges to it (h < 1/2, Newton-Kantorovich, with twice
+        the second derivatives at the root), and its ball of convergence meets no other one.
     double : ndarray, shape (a,)
-        Whether two assemblies coincide there to rounding; elimination tells.
+        Whether two assemblies coincide there to rounding; known from elimination.
     complete : ndarray, shape (n,)
-        Whether there are no others, as elimination knows.
+        Whether all assemblies were found, by elimination.
     reason : ndarray of str, shape (n,)
-        Why there was no elimination; empty where there was.
+        Reason against elimination; empty where it was used.
     starts, fruitless : ndarray, shape (n,)
-        Random starts, and how many of them, at least, came after the last that found an assembly.
+        Number of random starts; least number of those after the last new assembly.
     even : ndarray, shape (n,)
-        Whether assemblies, double ones twice, are even in number.  On guides without an edge an odd
-        number means that one was missed, or is a double one.
+        Whether the number of assemblies is even, double ones counted twice.  On guides without an
+        edge an odd number means that one was missed, or that one is double.
     """
 
     mechanism: Array
@@ -104,17 +102,15 @@ def assemblies(
     mechanisms : Mechanisms
     drivers : array-like, shape (n, k) or (k,)
     hits, most, seed : int
-        Of mechanisms without elimination: starts are made, 128 at first and then twice as many,
-        until every assembly was found `hits` times and they are even in number, or `most` starts
-        were made.
+        For mechanisms without elimination: 128 starts, then twice as many in each round, until
+        every assembly has `hits` hits and their number is even, or `most` starts are made.
     method : "elimination" or "multi-start"
-        Elimination where it applies, or starts for all.
+        Elimination where it applies, or random starts for all.
 
     Raises
     ------
     InvalidRequest
-        If driver values are of a wrong shape, a number is out of its range, or there is no such
-        method.
+        If driver values have a wrong shape, a number is out of range, or the method is unknown.
     """
     choice("method", method, ("elimination", "multi-start"))
     hits, most, seed = whole("hits", hits, 1, MOST), whole("most", most, 1, MOST), whole("seed", seed, 0)
@@ -143,7 +139,7 @@ def assemblies(
 
 
 class _Search:
-    """Newton's method from random starts, of some mechanisms of a batch."""
+    """Newton's method from random starts, for some mechanisms of a batch."""
 
     def __init__(self, mechanisms: Mechanisms, system: System, q: Array, draw: np.random.Generator) -> None:
         self.mechanisms, self.system, self.q, self.draw = mechanisms, system, q, draw
@@ -154,13 +150,13 @@ class _Search:
 
     @property
     def fruitless(self) -> Array:
-        """Starts after the last that found an assembly, shape (n,)."""
+        """Number of starts after the last new assembly, shape (n,)."""
         last = np.zeros(len(self.system), int)
         np.maximum.at(last, self.owner, self.first)
         return self.starts - last
 
     def run(self, some: Array, hits: int, most: Array) -> None:
-        """Search until every assembly of each was found often enough."""
+        """Search until every assembly of each mechanism has enough hits."""
         batch, n = 128, len(self.system)
         while len(some):
             many = np.minimum(batch, most[some] - self.starts[some])
@@ -188,7 +184,7 @@ class _Search:
 def _searched(
     mechanisms: Mechanisms, system: System, who: Array, q: Array, draw: np.random.Generator
 ) -> tuple[Array, Array, Array]:
-    """Solve from random starts: which reached a root (r,), owners, states (4 + f, r)."""
+    """Solve from random starts; return converged starts (r,), owners, states (4 + f, r)."""
     sub = system.take(who)
     free = np.zeros((system.free, len(who)))
     for d in sub.driven:
@@ -207,7 +203,7 @@ def _searched(
 
 
 def _there(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q: Array) -> Array:
-    """Return where a state is an assembly: all points on their guides, and none beyond an edge."""
+    """Return a mask of assemblies: all points on their guides, none beyond an edge."""
     sub, q = system.take(owner), q[:, owner]
     local = sub.local(sub.world(state, q))
     with np.errstate(invalid="ignore"):
@@ -216,14 +212,14 @@ def _there(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q
 
 
 def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Array) -> tuple[Array, Array]:
-    """Return one of each group with equal points, and summed weights."""
+    """Return one state of each group with equal points, and the summed weights."""
     if not len(owner):
         return owner, weight
     world = system.take(owner).world(states, q[:, owner]).reshape(-1, len(owner))
     label = np.full(len(owner), -1)
     left = np.arange(len(owner))
     groups = 0
-    while len(left):  # one assembly of every mechanism at a time
+    while len(left):  # one assembly of every mechanism per pass
         _, first, inverse = np.unique(owner[left], return_index=True, return_inverse=True)
         same = np.abs(world[:, left] - world[:, left[first]][:, inverse]).max(0) < SAME
         label[left[same]] = groups + inverse[same]
@@ -235,7 +231,7 @@ def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Arr
 
 
 def _certified(system: System, state: Array, q: Array, owner: Array, points: Array) -> Array:
-    """Return where a root is one by Newton-Kantorovich, and apart from those of the same owner."""
+    """Return a mask of roots proved by Newton-Kantorovich and distinct from the others."""
     now = system.evaluate(state, q)
     kappa, inverse = conditioning(now, np.ones(len(owner)))
     m, n = now.residual.shape
@@ -249,7 +245,7 @@ def _certified(system: System, state: Array, q: Array, owner: Array, points: Arr
         second = np.einsum("ijn,jkn->ikn", inverse, (ahead - behind) / (2 * DIFFERENCE))
         bend += (second**2).sum((0, 1))
     certain = 2 * error * np.sqrt(bend) < 0.5
-    radius = 4 * error * np.maximum(1, np.abs(system.arms).max((0, 1)))  # of the points, twice that of the ball
+    radius = 4 * error * np.maximum(1, np.abs(system.arms).max((0, 1)))  # radius for the points, twice that of the ball
     for i in range(1, int(np.bincount(owner).max(initial=1))):
         pair = np.flatnonzero(owner[i:] == owner[:-i])
         apart = np.abs(points[pair] - points[pair + i]).max((1, 2))

@@ -1,10 +1,10 @@
-"""Closed elimination: all assemblies of a body of three guided points one of which the drivers fix.
+"""Closed elimination: all assemblies of a body with three guided points, one fixed by the drivers.
 
-These are the classes III and V with a driven curve, V and VI with both coordinates of a surface
-driven.  The second point is where its curve, or the coordinate curve on which its driver leaves it,
-meets the sphere about the first; the third where the circle about the line of both meets its
-surface (`meeting`): at most two or four times a point each. Neither needs a guess, so that the list
-is complete; Newton's method only mends the last digits.
+These are classes III and V with a driven curve, V and VI with both coordinates of a surface driven.
+The second point is an intersection of its curve, or of the coordinate curve that its driver
+selects, with the sphere about the first point; the third one an intersection of its surface with
+the circle about the line of both (`meeting`).  No step needs a guess, so the list is complete;
+Newton's method only corrects the last digits.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ NOT_FIXED = "the drivers fix no point, so that there is no closed form"
 NO_CURVE = f"the second point is on no line, circle, hyperbola or helix of less than {TURNS} turns"
 NO_QUADRIC = "the third point is on no quadric or torus"
 FREE = "the body moves while the drivers stand still: infinitely many assemblies"
-#: How far Newton's method may move a point, in units: it mends digits, and finds no other assembly.
+#: Largest correction of a point by Newton's method [units]; a larger one leads to another assembly.
 MENDED = 1e-5
 
 
@@ -41,7 +41,7 @@ class Closed:
     double : ndarray, shape (a,)
         Whether two assemblies coincide there, to rounding.
     refused : ndarray of str, shape (n,)
-        Why there is no closed form; empty where there is.
+        Reason against a closed form; empty where there is one.
     """
 
     owner: Array
@@ -52,8 +52,8 @@ class Closed:
 
 @dataclass(frozen=True)
 class Rail:
-    """The curve that is left to a point: its guide, the coordinate that is free (0 or 1), and the
-    other.
+    """The curve of a point with one driven coordinate: guide, free coordinate (0 or 1), driven
+    value.
     """
 
     slot: Slot
@@ -117,7 +117,7 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
 
 
 def _roles(mechanisms: Mechanisms, system: System) -> tuple[int, int, int] | None:
-    """Return the indices of the driven point, one on a curve, one on a surface."""
+    """Return the indices of the driven point and the points on curve and surface."""
     fixed = [d.slot.point for d in system.driven if d.column is None]
     curves = [d.slot.point for d in system.driven if d.column is not None]
     surfaces: list[int] = []
@@ -133,9 +133,7 @@ def _local(system: System, point: int, world: Array) -> Array:
 
 
 def _ring(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> Array:
-    """Return the circles of the third points: centre, two radii across each other, and unit axis,
-    (4, 3, n).
-    """
+    """Return the circles of the third points (4, 3, n): centre, two perpendicular radii, axis."""
     along, radius = _triangle(system, roles)[:2]
     axis = (x2 - x1) / np.sqrt(((x2 - x1) ** 2).sum(0))
     side = np.zeros_like(axis)
@@ -146,7 +144,7 @@ def _ring(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> 
 
 
 def _triangle(system: System, roles: tuple[int, int, int]) -> tuple[Array, Array, Array]:
-    """Return the third point's coordinates by the others' line, and axes (3, 3, n)."""
+    """Return the third point relative to the others' line, and axes (3, 3, n)."""
     a, b, c = (system.arms[:, i] for i in roles)
     axis = (b - a) / np.sqrt(((b - a) ** 2).sum(0))
     along = ((c - a) * axis).sum(0)
@@ -156,7 +154,7 @@ def _triangle(system: System, roles: tuple[int, int, int]) -> tuple[Array, Array
 
 
 def _on_surface(mechanisms: Mechanisms, system: System, point: int, ring: Array) -> tuple[Roots, Array]:
-    """Return angles at which rings meet a surface, and a mask of closed formulas."""
+    """Return the angles at which circles meet a surface, and a mask of closed formulas."""
     slot = slot_of(point, mechanisms)
     centre = _local(system, point, ring[0])
     first, second = ((system.frames[:, :, point] * v[:, None]).sum(0) for v in ring[1:3])
@@ -171,7 +169,7 @@ def _on_surface(mechanisms: Mechanisms, system: System, point: int, ring: Array)
 
 
 def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Array) -> Array:
-    """Return rotations (4, n) from the body's triangle to the points'."""
+    """Return rotations (4, n) from the triangle in the body to the one in the world."""
     radius, body = _triangle(system, roles)[1:]
     out = (np.cos(angle) * ring[1] + np.sin(angle) * ring[2]) / radius
     world = np.stack([ring[3], out, cross(ring[3], out)], axis=1)
@@ -179,7 +177,7 @@ def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Arr
 
 
 def _mended(system: System, state: Array, q: Array) -> Array:
-    """Return the states after Newton's method, where it stays beside them."""
+    """Correct states by Newton's method; keep those that it would move too far."""
     if not q.shape[1]:
         return state
     root = newton(system, state, q)

@@ -1,5 +1,6 @@
-"""Follow motions by the compiled `kernel`, where numba is installed: on the guides of
-`geometry.guides.KINDS`, whatever their charts; what is of another kind is left to numpy.
+"""Follow motions by the compiled `kernel`, where numba is installed.
+
+It knows the guides of `geometry.guides.KINDS`; numpy follows bodies on other kinds.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from .mechanism import Mechanisms
 from .position import AT_APEX, CLOSED, EDGE, LOST, OK, driver_units
 from .walk import ACCURACY, LIMITS, TURNING
 
-#: Positions for which numba is imported, which takes as long as some thousand of them by numpy.
+#: Least number of positions for which numba is imported; the import costs some thousand by numpy.
 WORTH = 100
-#: Nodes of a curve for which there is room; from the last it goes on.
+#: Nodes of a curve in memory; longer curves continue from the last one.
 MOST = 128
-#: Why a path ended, in the order of `native.curve`.
+#: Reasons for the end of a path, in the order of `native.curve`.
 REASONS = np.array([OK, TURNING, BRANCH, STUCK, STUCK, STUCK, EDGE, STUCK], dtype="U90")
 
 
 class Fast(NamedTuple):
-    """Mechanisms as the kernel has them, and room for one pose."""
+    """Mechanisms in the form of the kernel, and work arrays of one pose."""
 
     kernel: Any
     plan: Any
@@ -42,12 +43,12 @@ class Fast(NamedTuple):
 
 @cache
 def kernel() -> ModuleType | None:
-    """Return the compiled functions, or None if numba is not installed or not to compile."""
+    """Return the compiled functions; None if numba is not installed or disabled."""
     return load(f"{__package__}.kernel")
 
 
 def fast(mechanisms: Mechanisms) -> Fast | None:
-    """Return what leads mechanisms compiled; None if that cannot be."""
+    """Return mechanisms in the form of the kernel; None if not supported."""
     made: dict[str, Any] = mechanisms.__dict__
     if "fast" not in made:
         made["fast"] = _made(mechanisms)
@@ -104,15 +105,15 @@ def _made(mechanisms: Mechanisms) -> Fast | None:
 
 
 def _own(v: Array) -> Array:
-    """Return a copy: of doubles, in order, and not read-only, which would be another type."""
+    """Return a contiguous, writable copy of doubles: the array type of the kernel."""
     return np.array(v, float, order="C")
 
 
 def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) -> tuple[Array, ...]:
-    """Lead mechanisms along paths (n, s, k) from states (n, 4 + f).
+    """Move mechanisms along paths (n, s, k) from states (n, 4 + f).
 
-    Returns states at the nodes (n, s, 4 + f), how many were reached, why not more, where motions
-    end, and the steps.
+    Return states at the nodes (n, s, 4 + f), the number of reached nodes, reasons and positions of
+    the ends, and the number of steps.
     """
     k, (n, s, _), rows = fast.kernel, nodes.shape, begin.shape[1]
     path = plain(nodes / fast.units.T[:, None])
@@ -127,8 +128,9 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
 
 
 def measured(fast: Fast, nodes: Array, states: Array, reached: Array, found: Sequence[Array]) -> None:
-    """Fill in what is found at the nodes reached, as `kernel.Measured`; `good` is where nothing is
-    to be said of it.
+    """Fill the arrays of `kernel.Measured` at the reached nodes.
+
+    `good` marks positions without a remark.
     """
     path, tests = plain(nodes / fast.units.T[:, None]), (CLOSED, LOST, AT_APEX)
     given = fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests

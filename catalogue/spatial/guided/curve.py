@@ -16,7 +16,7 @@ from .unknowns import Equations, moved
 
 @dataclass(frozen=True)
 class LineCurve(Curve):
-    """Poses of n bodies while their drivers are q0 + y q1, both (k, n); the drive is y.
+    """Curve of poses of n bodies with drivers q0 + y q1, both (k, n); the drive is y.
 
     A state is a row: quaternion, free coordinates, and y.
     """
@@ -40,7 +40,7 @@ class LineCurve(Curve):
         return self.by_rows(self.system.evaluate(y[:, :-1].T, self.drivers(y)), y)
 
     def by_rows(self, now: Equations, y: Array) -> tuple[Array, Array, Array, Array]:
-        """Return equations in states y as a curve has them."""
+        """Return equations in states y in the form of a curve."""
         m, n = now.residual.shape
         jacobian, by = np.empty((n, m, m + 1)), np.zeros((n, m + 1))
         jacobian[:, :, :m], by[:, m] = np.moveaxis(now.jacobian, -1, 0), 1

@@ -1,6 +1,4 @@
-"""Velocity, acceleration and every higher derivative of a position: a linear system per order, with
-one inverse (`series`).
-"""
+"""Derivatives of a position, of any order: one linear system per order (`series`)."""
 
 from __future__ import annotations
 
@@ -21,13 +19,13 @@ from .mechanism import Mechanisms
 from .position import Positions, check_positions, conditioning, driver_units
 from .series import local_series, pose_series
 
-#: Highest derivative: the factorials of higher orders are no doubles.
+#: Highest derivative: the factorials of higher orders overflow.
 HIGHEST = 170
 
 
 @dataclass(frozen=True, eq=False)
 class Jets:
-    """Derivatives of the motion of n mechanisms; NaN where there is no position.
+    """Derivatives of the motion of n mechanisms; NaN where no position exists.
 
     Attributes
     ----------
@@ -38,8 +36,7 @@ class Jets:
     coordinates : ndarray, shape (n, p, 2, order + 1)
         u, w and their derivatives; NaN where the chart is singular, and w on curves.
     condition : ndarray, shape (n,)
-        Condition number of the Jacobian; a relative error of about 2e-16 times it in each order is
-        to be expected.
+        Condition number of the Jacobian; expect a relative error of 2e-16 times it in each order.
     chart : ndarray, shape (n, p)
         Smallest of ``|X_u|``, ``|X_w|`` and ``|X_u x X_w|`` per unit of coordinate, in units of
         length: 0 where the chart of a guide is singular (the motion is not).
@@ -60,15 +57,14 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     mechanisms : Mechanisms
     positions : Positions
     rates : array-like, shape (n, k, order) or (k, order)
-        First and higher derivatives of each driver.  For one degree of freedom (1, 0, 0, ...) gives
-        the derivatives by the driver itself, the *reduced* velocities and accelerations of any
-        order (Mangeron, Oğuztöreli and Plitea 1970, sec. 6b), which do not depend on the law of the
-        motion.
+        First and higher derivatives of each driver by time.  For one degree of freedom (1, 0, 0,
+        ...) gives derivatives by the driver itself, the *reduced* velocities and accelerations
+        (Mangeron, Oğuztöreli and Plitea 1970, sec. 6b), which do not depend on the law of motion.
 
     Raises
     ------
     InvalidRequest
-        If the rates do not fit or are not finite, or the positions are of other mechanisms.
+        If the rates have a wrong shape or are not finite, or the positions are of other mechanisms.
     """
     n = len(instance("mechanisms", mechanisms, Mechanisms))
     given = array("rates", rates)
@@ -99,7 +95,7 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
 
 
 def _coordinates(mechanisms: Mechanisms, system: System, positions: Positions, world: Array) -> tuple[Array, Array]:
-    """Return series of u, w, (n, p, 2, order + 1), and regularity (n, p)."""
+    """Return series (n, p, 2, order + 1) of u, w, and regularity (n, p)."""
     n, p = mechanisms.body.shape[:2]
     out, chart = np.empty((n, p, 2, len(world))), np.empty((n, p))
     for i, guides in enumerate(mechanisms.guides):

@@ -1,13 +1,12 @@
 """The equations of a batch of mechanisms: residual and Jacobian, without dimensions, the batch
 last.
 
-Unknown are the rotation of the body and the free coordinate of each driven point on a surface.  The
-first driven point is the base: it lies on its guide by its coordinates and carries the body.
-Points that are not driven give the implicit functions of their guides, divided by their gradients,
-so that a residual is a distance; further driven points give three coordinates.  So the classes I to
-VI have 4, 3, 3, 5, 4, 6 equations (Mangeron, Oğuztöreli and Plitea 1970 have 9, 6, 3, 6, 3, 3),
-which know the handedness of the body, hold for flat bodies and need no chart of the undriven
-points.
+The unknowns are the rotation of the body and the free coordinate of each driven point on a surface.
+The first driven point is the base: its coordinates place it on its guide.  An undriven point has
+the implicit functions of its guide as equations, divided by their gradients so that a residual is a
+distance; each further driven point has three.  Classes I to VI have 4, 3, 3, 5, 4, 6 equations
+(Mangeron, Oğuztöreli and Plitea 1970 have 9, 6, 3, 6, 3, 3).  They distinguish a body from its
+mirror image, hold for flat bodies and need no chart of undriven points.
 """
 
 from __future__ import annotations
@@ -27,22 +26,21 @@ from .unknowns import Driven, Equations, Slot
 
 @dataclass(frozen=True)
 class System:
-    """Equations of `Mechanisms`, made by `of`; lengths in units of their own, about the origin of
-    the base's guide.
+    """Equations of `Mechanisms`, made by `of`; dimensionless, origin at the base's guide.
 
     Attributes
     ----------
     unit, centre : ndarray, shape (n,), (3, n)
     reach : ndarray, shape (n,)
-        Largest length that occurs, in units: a residual below some rounding errors of it is noise.
+        Largest length in the equations [units]; a residual of a few rounding errors of it is noise.
     arms : ndarray, shape (3, p, n)
-        Points of the body from the base.
+        Points of the body, relative to the base.
     frames, origins : ndarray, shape (3, 3, p, n), (3, p, n)
     driven : tuple of Driven
     others : tuple of (Slot, int)
-        Undriven points with guides that are no quadrics, and the first of their equations.
+        Undriven points with guides that are no quadrics, and the row of their first equation.
     points : tuple of int
-        Point of each equation of an undriven point.
+        Number of the point of each equation of undriven points.
     quadrics : ndarray, shape (7, rows, n)
     """
 
@@ -59,7 +57,7 @@ class System:
 
     @staticmethod
     def of(mechanisms: Mechanisms) -> System:
-        """Return the equations of mechanisms, which are made once."""
+        """Return the equations of mechanisms; they are cached."""
         made: dict[str, Any] = mechanisms.__dict__
         if "equations" not in made:
             made["equations"] = System._made(mechanisms)
@@ -122,7 +120,7 @@ class System:
         return 3 + self.free
 
     def take(self, index: Array) -> Self:
-        """Return the equations of some, in any order and number."""
+        """Return the equations of selected mechanisms; repeats are permitted."""
         return replace(
             self,
             unit=self.unit[index],
@@ -144,16 +142,16 @@ class System:
         return np.asarray(self.origins[:, i] + np.einsum("ijn,jn->in", frame, x)), np.einsum("ijn,tjn->tin", frame, t)
 
     def base(self, state: Array, q: Array) -> Array:
-        """Return where the base is, shape (3, n)."""
+        """Return the position of the base, shape (3, n)."""
         return self.placed(self.driven[0], state, q)[0]
 
     def turned(self, state: Array) -> Array:
-        """Return all points from the base, shape (3, p, n)."""
+        """Return all points relative to the base, shape (3, p, n)."""
         return np.asarray(np.einsum("ijn,jpn->ipn", matrix(state[:4]), self.arms))
 
     @property
     def _index(self) -> Any:
-        """Select the points of the equations: without a copy if no point has two."""
+        """Index of the points of the equations; a slice, without a copy, if no point has two."""
         first, many = self.points[0], len(self.points)
         plain = self.points == tuple(range(first, first + many))
         return slice(first, first + many) if plain else list(self.points)
@@ -204,8 +202,8 @@ class System:
     def _columns(
         d: Driven, t: Array, metric: Array, travel: Array
     ) -> tuple[list[tuple[int, Array]], list[tuple[int, Array]]]:
-        """Return the unit tangent of the free coordinate with its column, tangents of the drivers;
-        fill the arcs.
+        """Return the columns and tangents of the free and the driven coordinates; fill `metric`,
+        `travel`.
         """
         own, by = [], []
         for axis, k in enumerate(d.driver):
@@ -237,7 +235,7 @@ class System:
 
 
 def slot_of(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:
-    """Return the guides of a point in units, in charts regular at w if asked."""
+    """Return the guides of a point in units; if `smooth`, in charts that are regular in w."""
     guides, unit = mechanisms.guides[point], mechanisms.unit
     p = np.zeros((guides.parameters.shape[1], len(unit)))
     for kind, where, values in guides.each():

@@ -1,8 +1,7 @@
-"""Corners of paths, and positions between them: by the cubics between nodes of traces, corrected at
-their drivers, and checked.
+"""Corners of paths, and positions between nodes of traces: from cubics, corrected and checked.
 
-A position counts where Newton's method stays near its cubic and contracts, and where the
-determinant has the sign of the curve.
+A position is accepted if Newton's method contracts and stays near its cubic, and the determinant
+has the sign of the curve.
 """
 
 from __future__ import annotations
@@ -17,26 +16,26 @@ from .curve import LineCurve
 from .newton import NOISE
 from .unknowns import moved
 
-#: Positions that are corrected together.
+#: Positions corrected together.
 TOGETHER = 2048
-#: Corrections that a position is given.
+#: Largest number of corrections of a position.
 CORRECTIONS = 4
-#: Largest first correction, as a part of the way between two nodes, where the drive goes with it.
+#: Largest first correction [distances between two nodes], where the drive changes with arc length.
 NEAR = 0.01
-#: Slope of the drive below which corrections, along the curve near a dead point, grow no more.
+#: Slope of the drive below which the limit of corrections near a dead point grows no more.
 FLAT = 0.1
 #: Largest ratio of a correction to the one before.
 SECOND = 0.2
-#: Predicted size of a correction that is not made.
+#: Predicted size of a correction below which it is omitted.
 NONE_LEFT = 1e-15
-#: Sine of the angle between two pieces of a path below which the node between them is no corner.
+#: Sine of the angle between two sections of a path below which their node is no corner.
 STRAIGHT = 1e-9
-#: Rounding errors by which a driver's value may be beside a straight line.
+#: Relative distance of a driver's value from a straight line that rounding explains.
 ROUNDING = 8 * float(np.finfo(float).eps)
 
 
 def corners(nodes: Array) -> Array:
-    """Find the corners of paths (n, s, k), their ends among them, shape (n, s)."""
+    """Find the corners of paths (n, s, k), including their ends, shape (n, s)."""
     out = np.ones(nodes.shape[:2], bool)
     nodes = np.ascontiguousarray(np.moveaxis(nodes, 2, 0))
     step = np.diff(nodes)
@@ -69,7 +68,7 @@ def fill(curve: LineCurve, traces: Traces, sign: Array, who: Array, value: Array
 
 
 def _corrected(curve: LineCurve, guess: Array, value: Array, sign: Array, limit: Array) -> tuple[Array, Array]:
-    """Return states (m, numbers) at values of the drive, and where they are beyond doubt."""
+    """Return states (m, numbers) at values of the drive, and a mask of reliable ones."""
     state, values, sub = guess[:, :-1].T.copy(), curve.q0 + value * curve.q1, curve.system
     sure, rest, at, before = np.zeros(len(value), bool), np.arange(len(value)), state, limit
     for i in range(CORRECTIONS):

@@ -1,7 +1,7 @@
-"""Follow a batch along a path of drivers, each mechanism with its own steps.
+"""Move a batch along a path of drivers, each mechanism with its own steps.
 
-A mechanism ends where its motion does: at a turning point of the path's parameter, a branch point,
-an apex or the edge of a guide.  It never goes on from another branch without saying so.
+A motion ends at a turning point of the path's parameter, a branch point, an apex or the edge of a
+guide.  It never continues in another branch unreported.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from .position import CLOSED, Positions, driver_units, reported, solve_positions
 from .walk import Walk
 
 BEYOND = "beyond the end of the motion"
-#: Mechanisms that advance together: their arrays stay in the second-level cache.
+#: Mechanisms moved together: their arrays fit in the second-level cache.
 BLOCK = 1024
-#: Positions that are measured together.
+#: Positions measured together.
 MEASURED = 4096
-#: Newton's steps that close a mechanism which the steps along its motion left open.
+#: Newton steps that reduce the residual of a position after the last step of its motion.
 CLOSING = 3
 
 
@@ -38,18 +38,18 @@ class Motion:
     Attributes
     ----------
     positions : Positions
-        n times s of them, those of a mechanism together; `node` gives those of one node.
+        n times s positions, mechanism by mechanism; `node` returns those of one node.
     reached : ndarray, shape (n,)
         Number of nodes reached.
     reason : ndarray of str, shape (n,)
-        Empty if all nodes were reached, else why not.
+        Reason for the end; empty if all nodes were reached.
     end : ndarray, shape (n,)
-        Where the motion ends, in nodes from the first: at a turning point to about the square root
-        of rounding squared, elsewhere to the last step.
+        End of the motion, in nodes from the first: at a turning point to rounding, elsewhere to the
+        last step.
     end_drivers : ndarray, shape (n, k)
-        Values of the drivers there.
+        Values of the drivers at the end.
     steps : ndarray, shape (n,)
-        Steps that were tried.
+        Number of attempted steps.
     """
 
     positions: Positions
@@ -73,14 +73,14 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
     ----------
     mechanisms : Mechanisms
     path : array-like, shape (n, s, k) or (s, k)
-        Values of the drivers at s nodes; straight between them.
+        Values of the drivers at s nodes; linear between them.
     start : Positions, or array-like of shape (n, p, 2) or (p, 2)
         As for `solve_positions`, at or near the first node.
 
     Raises
     ------
     InvalidRequest
-        If the path does not fit or is not finite.
+        If the path has a wrong shape or is not finite.
     """
     n, k = len(instance("mechanisms", mechanisms, Mechanisms)), mechanisms.freedom
     nodes = array("path", path, (None, k), (1, None, k), (n, None, k), finite=True)
@@ -111,7 +111,7 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
 
 
 def _on(nodes: Array, end: Array) -> Array:
-    """Interpolate values of the drivers (n, k) where motions end, `end` (n,) in nodes."""
+    """Interpolate the drivers (n, k) at the ends of motions, `end` (n,) [nodes]."""
     every, one = np.arange(len(nodes)), np.minimum(end.astype(int), max(nodes.shape[1] - 2, 0))
     after = np.minimum(one + 1, nodes.shape[1] - 1)
     return np.asarray(nodes[every, one] + (end - one)[:, None] * (nodes[every, after] - nodes[every, one]))
@@ -120,9 +120,9 @@ def _on(nodes: Array, end: Array) -> Array:
 def _measured(
     mechanisms: Mechanisms, fast: compiled.Fast | None, nodes: Array, states: Array, reached: Array
 ) -> Positions:
-    """Return positions of stored states (n, s, 4 + f), a mechanism's together.
+    """Return positions of stored states (n, s, 4 + f), mechanism by mechanism.
 
-    They are measured by the kernel, and by numpy where there is none, or something to say of one.
+    The kernel measures them; numpy does without kernel, and where a position needs a remark.
     """
     s, many = nodes.shape[1], nodes[..., 0].size
     there, good, reason = (np.arange(s) < reached[:, None]).ravel(), np.zeros(many, bool), np.zeros(many, "U90")
@@ -155,10 +155,9 @@ def _measured(
 
 
 def _reported(mechanisms: Mechanisms, system: System, state: Array, values: Array) -> Positions:
-    """Return the positions in states that steps led to.
+    """Return the positions in the states after steps.
 
-    Where a guide is bent so much that the last of them left the mechanism open, Newton's method
-    closes it.
+    Newton's method corrects states with a residual, which strongly curved guides cause.
     """
     every = np.ones(len(system), bool)
     at = reported(mechanisms, system, state, values, every, every.astype(int))

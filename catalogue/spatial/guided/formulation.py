@@ -1,10 +1,10 @@
 """Singularities of the unknowns of the two notes: Euler angles and curvilinear distances.
 
-A body has its pose there as anywhere, and is computed by it.
+Positions are computed by the pose of the body, which is regular there.
 
-Euler angles are those of axes that points of the body make, zeta through A1 and A2 (Mangeron,
-Oğuztöreli and Plitea 1970, Nota I, (2.2)): det W = sin(nutation) det M is 0 where zeta is along z.
-Curvilinear distances (sec. 2 to 4) are as good as the charts of their coordinates.
+Euler angles refer to axes through points of the body, zeta through A1 and A2 (Mangeron, Oğuztöreli
+and Plitea 1970, Nota I, (2.2)): det W = sin(nutation) det M is 0 where zeta is along z. Curvilinear
+distances (sec. 2 to 4) are singular where a chart of their coordinates is.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ FLAT = "distances do not determine a flat body of four or five points"
 COINCIDENT = "distances do not determine points of the body that coincide"
 #: Why.
 SINGULAR = {"euler-angles": ALONG_Z, "distances": CHART}
-#: Sine of the nutation, or arc of a coordinate, at which six digits of the unknowns are lost.
+#: Sine of the nutation, or arc length per unit of a coordinate, where six digits are lost.
 LOST = 1e-6
-#: Third extent of a body, of the first, below which it counts as flat.
+#: Ratio of the third to the first extent of a body below which it is flat.
 THIN = 1e-6
-#: Distance of points that counts as none, in units.
+#: Distance below which points coincide [units].
 NEAR = 1e-9
-#: Part of the largest triangle below which three points make no axes.
+#: Ratio to the largest triangle of points below which a triangle is too slender to define axes.
 SLENDER = 0.1
 
 
 def lost_at(mechanisms: Mechanisms, positions: Positions) -> Array:
-    """Return why the unknowns of a formulation are lost in positions, shape (n,) of str."""
+    """Return why positions are singular for a formulation, shape (n,) of str."""
     length = np.sqrt((_arcs(mechanisms, positions) ** 2).sum(-1)).min(0, initial=1)
     singular = positions.success & (length <= LOST)
     return np.where(singular, SINGULAR[mechanisms.formulation], undetermined(mechanisms)).astype("U90")
 
 
 def first_lost(mechanisms: Mechanisms, positions: Positions) -> Array:
-    """Find the first singularity on paths of n mechanisms, in nodes; infinity if there is none.
+    """Find the first singularity on paths of n mechanisms [nodes]; infinity without one.
 
-    Vectors are taken to go straight from node to node.
+    Vectors are interpolated linearly between nodes.
     """
     n = len(mechanisms)
     s = len(positions.success) // n
@@ -60,7 +60,7 @@ def first_lost(mechanisms: Mechanisms, positions: Positions) -> Array:
 
 
 def undetermined(mechanisms: Mechanisms) -> Array:
-    """Return why a formulation does not determine bodies, shape (n,) of str, or empty."""
+    """Return why a formulation does not determine bodies, shape (n,) of str; empty if it does."""
     out = np.full(len(mechanisms), "", dtype="U90")
     if mechanisms.formulation != "distances":
         return out
@@ -81,7 +81,7 @@ def _zeta(mechanisms: Mechanisms) -> Array:
     pairs = [(a, b) for k, a in enumerate(others) for b in others[k + 1 :]]
     normals = np.stack([cross(arms[a], arms[b]) for a, b in pairs])
     area = np.sqrt((normals**2).sum(1))
-    chosen = (area > SLENDER * area.max(0)).argmax(0)  # the first that is no needle
+    chosen = (area > SLENDER * area.max(0)).argmax(0)  # the first triangle that is not too slender
     zeta = arms[np.array([a for a, _ in pairs])[chosen], :, np.arange(len(mechanisms))].T
     return np.asarray(zeta / np.sqrt((zeta * zeta).sum(0)))
 
@@ -89,8 +89,8 @@ def _zeta(mechanisms: Mechanisms) -> Array:
 def _arcs(mechanisms: Mechanisms, positions: Positions) -> Array:
     """Return vectors (c, n, 3), one of which vanishes at a singularity.
 
-    Of Euler angles it is the horizontal part of zeta, turned; of distances the tangents, in units,
-    along coordinates that no driver gives.
+    For Euler angles it is the horizontal part of zeta, rotated; for distances the tangents, in
+    units, along undriven coordinates.
     """
     if mechanisms.formulation == "euler-angles":
         zeta = np.einsum("ijn,jn->in", matrix(positions.quaternion.T), _zeta(mechanisms))

@@ -1,6 +1,4 @@
-"""Mechanisms: a rigid body with points on fixed surfaces and curves, many at a time, checked when
-they are made.
-"""
+"""A batch of mechanisms: rigid bodies with points on fixed surfaces and curves, with checks."""
 
 from __future__ import annotations
 
@@ -29,48 +27,46 @@ CLASSES = {
 #: Unknowns of the position: the pose of the body; Euler angles (Nota I); curvilinear distances
 #: (sec. 2 to 4).
 FORMULATIONS = ("pose", "euler-angles", "distances")
-#: A body whose second extent is a smaller part of its diameter is a line: its spin is undetermined.
+#: Ratio of second extent to diameter below which a body is a line: its spin is undetermined.
 COLLINEAR = 1e-12
-#: Points of the body nearer than this part of its diameter count as one.
+#: Distance below which points of the body coincide [diameters].
 COINCIDENT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Mechanisms:
-    """A batch of n mechanisms of one class, driven alike.
+    """A batch of n mechanisms of one class with equal choice of drivers.
 
     Parameters
     ----------
     body : array-like, shape (n, p, 3) or (p, 3)
         Guided points A_1 ... A_p in the body.
     guides : sequence of p Guides
-        Curves and surfaces may be mixed within a point's guides if all are curves or all are
-        surfaces.
+        Kinds may be mixed within a point's guides if all are curves or all are surfaces.
     drivers : sequence of (int, str)
-        Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees
-        of freedom.
+        Prescribed coordinates, one for each degree of freedom: number of the point, from 0, and
+        ``"u"`` or ``"w"``.
     formulation : "pose", "euler-angles" or "distances"
-        Unknowns that positions and motions are to be regular in; the numbers are those of the pose.
-        ``"pose"`` has no singular position but those of the mechanism.  ``"euler-angles"`` are
-        those of the first note, precession, nutation and spin of the axes through A1, A2 and A3,
-        for all six classes; they are singular where A1A2 is along z.  ``"distances"`` has the
-        curvilinear coordinates for unknowns and the distances of the points for equations; it is
-        singular for flat bodies of four or five points, for points that coincide, and where a chart
-        is.
+        Unknowns that must be regular: positions are refused and motions end where they are
+        singular. All computations use the pose.  ``"pose"`` is singular only where the mechanism
+        is.  ``"euler-angles"``, precession, nutation and spin of axes through A1, A2 and A3 (first
+        note), are singular where A1A2 is along z. ``"distances"`` has curvilinear coordinates as
+        unknowns and distances of the points as equations; it is singular for flat bodies of four or
+        five points, for coincident points and in singular points of a chart.
 
     Attributes
     ----------
     name : str
         Class, I to VI.
     unit : ndarray, shape (n,)
-        Power of two next to the diameter of the body: the unit of length of all computation.
+        Power of two nearest to the diameter of the body: the unit of length in all computations.
 
     Raises
     ------
     InvalidLinkage
-        If the number of guides makes no class, or a body is a line or not finite.
+        If no class has these guides, or a body is a line or not finite.
     InvalidRequest
-        If the drivers do not fit, or there is no such formulation.
+        If the drivers do not match the class, or the formulation is unknown.
     """
 
     body: Any
@@ -141,11 +137,10 @@ class Mechanisms:
 
     @cached_property
     def series(self) -> Array:
-        """Degeneration series: degrees of freedom, and how many surfaces each different point of
-        the body is on.
+        """Degeneration series: degrees of freedom, and number of surfaces of each distinct point.
 
-        Every class is a special case of five, four or three surfaces whose points coincide in part:
-        a curve is a point on two surfaces, a fixed point one on three.  ``1.11111`` is class I,
+        Every class is a special case of five, four or three surfaces with coincident points: a
+        curve guides a point on two surfaces, a fixed point is on three.  ``1.11111`` is class I,
         ``1.2111`` II (A5 = A1), ``1.221`` III (A4 = A1, A5 = A2), ``1.311`` a body about a fixed
         point, ``2.1111`` IV, ``2.211`` V (A4 = A1), ``3.111`` VI; a mechanism of class I with A5 =
         A1 in the body is in the series of class II.  Shape (n,) of str.
@@ -153,7 +148,7 @@ class Mechanisms:
         p = len(self.curves)
         apart = np.linalg.norm(self.body[:, :, None] - self.body[:, None], axis=-1)
         same = apart <= COINCIDENT * self.diameter[:, None, None]
-        first = same.argmax(2)  # the lowest point that each coincides with
+        first = same.argmax(2)  # the first point that each one coincides with
         weight = np.array([2 if c else 1 for c in self.curves])
         times = np.stack([(weight * (first == i)).sum(1) for i in range(p)], axis=1)
         times = -np.sort(-times, axis=1)
@@ -168,7 +163,7 @@ class Mechanisms:
         if np.array_equal(index, every):
             return self
         selected: Mechanisms = same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
-        selected.__dict__["diameter"] = self.diameter[index]  # else it would be computed again
+        selected.__dict__["diameter"] = self.diameter[index]  # avoids a second computation
         return selected
 
 

@@ -1,10 +1,8 @@
-"""Where a curve meets a sphere and a circle a surface: the two steps of closed elimination, for
-many at once.
+"""Intersections of curves with spheres and of circles with surfaces, for closed elimination.
 
-What a curve is, is seen from its chart: one that runs along a line, a circle, an ellipse, a helix
-or a hyperbola has a formula, whatever its kind is called.  So is it seen whether a surface is a
-quadric or a torus: its implicit function is a trigonometric polynomial of degree 2 along every
-circle.
+Samples of its chart show whether a curve is a line, a circle, an ellipse, a helix or a hyperbola,
+which have a formula, whatever the name of its kind.  Likewise for a surface: along every circle the
+implicit function of a quadric or a torus is a trigonometric polynomial of degree 2.
 """
 
 from __future__ import annotations
@@ -16,26 +14,26 @@ import numpy as np
 from ...kinematics.types import Array
 from .roots import NOISE, Roots, helical, hyperbolic, trigonometric
 
-#: How well a formula must meet what it stands for, in the largest length or value that occurs.
+#: Largest error of an accepted formula [largest length or value].
 FITS = 1e-11
-#: Part of a radius below which a coefficient is that of rounding.
+#: Ratio to a radius below which a coefficient is rounding.
 ROUNDING = 1e-14
-#: Turns of a helix, at most, along which roots are sought.
+#: Largest number of turns of a helix that are searched for roots.
 TURNS = 64
 
 
 def curve_and_sphere(
     curve: Callable[[float], Array], centre: Array, radius: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return parameters at which curves meet spheres, and a mask of closed formulas (m,).
+    """Return the parameters of intersections of curves with spheres, and a mask (m,) of formulas.
 
     Parameters
     ----------
     curve : callable
-        From a parameter to points (3, m).
+        Function of a parameter that returns points (3, m).
     centre, radius : ndarray, shape (3, m), (m,)
     reach : ndarray, shape (m,)
-        Largest length that occurs.
+        Largest length of the mechanism.
     """
     quarter, half, turn = (curve(k * np.pi) for k in (0.5, 1.0, 2.0))
     begin = curve(0.0)
@@ -74,12 +72,12 @@ def curve_and_sphere(
 def circle_and_surface(
     surface: Callable[[Array], Array], centre: Array, first: Array, second: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return angles at which circles meet surfaces, and a mask of closed formulas (m,).
+    """Return the angles of intersections of circles with surfaces, and a mask (m,) of formulas.
 
     Parameters
     ----------
     surface : callable
-        From points (3, m) to the values (m,) of functions that vanish on the surfaces.
+        Implicit functions of the surfaces: from points (3, m) to values (m,).
     centre, first, second : ndarray, shape (3, m)
         A circle is centre + first cos + second sin.
     reach : ndarray, shape (m,)
@@ -92,7 +90,11 @@ def circle_and_surface(
     f = np.stack([on(a) for a in angles])
     waves = np.stack([np.ones(5), *(g(k * angles) for k in (1, 2) for g in (np.cos, np.sin))])
     c = np.array([1, 2, 2, 2, 2])[:, None] / 5 * (waves @ f)
-    beside = [surface(centre), surface(centre + 2 * first), surface(centre + 2 * second)]  # where f is surely not zero
+    beside = [
+        surface(centre),
+        surface(centre + 2 * first),
+        surface(centre + 2 * second),
+    ]  # points off the surface, where f is not zero
     with np.errstate(all="ignore"):
         scale = np.abs([*f, *beside]).max(0) * (1 + reach / _length(first))
     fits = np.isfinite(scale)

@@ -1,6 +1,4 @@
-"""Newton's method, damped, on a batch: every mechanism has its own step length and stops on its
-own.
-"""
+"""Damped Newton method for a batch; each mechanism has its own step length and end."""
 
 from __future__ import annotations
 
@@ -14,13 +12,13 @@ from ..continuation.newton import LAST
 from .equations import System
 from .unknowns import Equations, moved
 
-#: Rounding errors, of the largest length that occurs, to which a residual can be brought.
+#: Least attainable residual [largest lengths of the mechanism].
 NOISE = 8 * float(np.finfo(float).eps)
 #: Largest step [rad, units].
 CAP = 0.7
-#: Shortest part of a step that is tried.
+#: Shortest fraction of a step that is tried.
 SHORTEST = 2.0**-12
-#: Steps after which a start is given up.
+#: Steps after which a start is abandoned.
 STEPS = 60
 
 
@@ -36,9 +34,9 @@ class Root:
 def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
     """Solve the equations from a start at the driver values q (k, n).
 
-    A step is shortened to `CAP`, then halved until the residual falls by a quarter of what it
-    promises.  A root is one where the last full step is below `LAST`, or where the residual is
-    noise and steps no longer shrink, as they do not near a singular position.
+    A step is shortened to `CAP`, then halved until the residual falls by a quarter of the predicted
+    decrease.  A root is found if the last full step is below `LAST`, or if the residual is noise
+    and steps no longer shrink, as near a singular position.
     """
     n = len(system)
     state = start.copy()

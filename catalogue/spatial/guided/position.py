@@ -1,4 +1,4 @@
-"""Solve positions of a batch at driver values, with residuals, conditions and messages."""
+"""Solve for positions at driver values, with residuals, condition numbers and reasons."""
 
 from __future__ import annotations
 
@@ -27,17 +27,15 @@ EDGE = "off the edge of a guide"
 APEX = "at the apex of a guide"
 CHART = "driven coordinate is singular"
 NOT_FINITE = "driver is not finite"
-#: Largest distance from a guide at which a body counts as assembled, in the largest length of the
-#: mechanism.
+#: Largest distance from a guide of an assembled body [largest lengths of the mechanism].
 ASSEMBLED = 1e-12
-#: Up to which distance rounding explains it; beyond, a motion's position is closed again.
+#: Largest distance that rounding explains; positions of a motion beyond it are corrected.
 CLOSED = 2e-14
-#: Condition number above which a position counts as singular.
+#: Condition number above which a position is singular.
 LOST = 1e12
-#: Condition number above which Newton's method, stopped without a root, was stopped by a dead
-#: point.
+#: Condition number above which a dead point explains that Newton's method finds no root.
 NEARLY_LOST = 100.0
-#: Cosine between the residual and what motions can change, below which they cannot reduce it.
+#: Cosine between the residual and its possible changes below which no motion reduces it.
 NO_SLOPE = 0.05
 #: Distance from the apex of a guide, in units, below which its tangent plane is undetermined.
 AT_APEX = 1e-8
@@ -45,7 +43,7 @@ AT_APEX = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class Positions:
-    """Positions of n mechanisms; lengths and coordinates as they were given.
+    """Positions of n mechanisms; lengths and coordinates in the given units.
 
     Attributes
     ----------
@@ -84,7 +82,7 @@ class Positions:
         return Positions(**values, state=self.state[:, index])
 
     def put(self, index: Any, other: Positions) -> None:
-        """Overwrite some, but not the number of their evaluations."""
+        """Overwrite some positions, but keep their numbers of evaluations."""
         for name, value in vars(self).items():
             if name not in ("state", "evaluations"):
                 value[index] = getattr(other, name)
@@ -94,9 +92,9 @@ class Positions:
 def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positions:
     """Assemble the mechanisms at given values of the drivers, near a start.
 
-    From known positions the assembly is kept: the drivers go straight to their values, and what
-    lies past a dead point or a branch point is refused with that reason, even where Newton's method
-    would find an assembly.
+    From known positions the assembly is kept: the drivers change linearly to their values.  A value
+    beyond a dead point or a branch point is refused with that reason, even where Newton's method
+    would find another assembly.
 
     Parameters
     ----------
@@ -109,7 +107,7 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
     Raises
     ------
     InvalidRequest
-        If a shape does not fit, or a rough coordinate is off its guide.
+        If a shape is wrong, or a rough coordinate is off its guide.
     """
     system = System.of(instance("mechanisms", mechanisms, Mechanisms))
     values = driver_values(mechanisms, drivers)
@@ -133,9 +131,7 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
 
 
 def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positions:
-    """Return found positions; of those to which no straight way of the drivers leads from a start,
-    only say why.
-    """
+    """Return positions reached from a start by linear changes of drivers; reasons for others."""
     from .follow import follow
     from .walk import TURNING
 
@@ -154,9 +150,7 @@ def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positio
 def reported(
     mechanisms: Mechanisms, system: System, state: Array, values: Array, found: Array, evaluations: Array
 ) -> Positions:
-    """Return the positions in a state (of `equations`) with what is measured there; `found` is what
-    Newton says.
-    """
+    """Return the measured positions of states (of `equations`); `found` is Newton's success."""
     q = values.T / driver_units(mechanisms)
     finite = np.isfinite(q).all(0)
     now = system.evaluate(state, np.where(finite, q, 0))
@@ -198,16 +192,14 @@ def reported(
 
 
 def _stationary(now: Equations) -> Array:
-    """Return where no small motion reduces the residual to first order: the body can come no nearer
-    to its guides.
-    """
+    """Return a mask of states in which no small motion reduces the residual to first order."""
     slope = np.sqrt(((now.jacobian * now.residual[:, None]).sum(0) ** 2).sum(0))
     norms = np.sqrt((now.jacobian**2).sum((0, 1)) * (now.residual**2).sum(0))
     return np.asarray(slope < NO_SLOPE * norms)
 
 
 def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
-    """Return condition numbers (n,), lengths in diameters = 1 / `unit`, and inverses (m, m, n)."""
+    """Return condition numbers (n,) and inverses (m, m, n); the diameter is 1 / `unit`."""
     m, n = now.residual.shape
     inverse, _ = solve(now.jacobian, np.broadcast_to(np.eye(m)[:, :, None], (m, m, n)))
     weight = np.ones((m, n))
@@ -218,7 +210,7 @@ def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
 
 
 def check_positions(name: str, positions: Positions, mechanisms: Mechanisms) -> None:
-    """Raise `InvalidRequest` unless positions are of mechanisms like these, as many."""
+    """Raise `InvalidRequest` unless positions match the mechanisms in number and class."""
     drivers = (len(mechanisms), mechanisms.freedom)
     if positions.points.shape != mechanisms.body.shape or positions.drivers.shape != drivers:
         raise InvalidRequest(f"{name} must be positions of these mechanisms: they are of others")
@@ -254,7 +246,7 @@ def charted(mechanisms: Mechanisms, values: Array) -> Array:
 
 
 def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> Array:
-    """Return the state that fits rough coordinates best."""
+    """Return the state that best fits rough coordinates."""
     given = array("rough coordinates", coordinates)
     n, p = mechanisms.body.shape[:2]
     if given.shape[-2:] != (p, 2) or given.ndim > 3 or (given.ndim == 3 and len(given) not in (1, n)):
@@ -286,9 +278,7 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> Array:
 
 
 def _located(mechanisms: Mechanisms, system: System, state: Array, values: Array, local: Array) -> Array:
-    """Return u, w of all points from local points (3, p, n); driven and free coordinates as they
-    are.
-    """
+    """Return u, w of all points from local points (3, p, n); keep driven and free coordinates."""
     n, p = mechanisms.body.shape[:2]
     out = np.empty((n, p, 2))
     for i, guides in enumerate(mechanisms.guides):

@@ -1,10 +1,9 @@
-"""All real roots of the functions to which closed elimination leads, in batches.
+"""Find all real roots of the functions of closed elimination, in batches.
 
-Each function is cut where its derivative vanishes, which an eigenvalue problem or a formula says;
-on each piece it is monotone, so that a change of sign is one root and no change is none.  A
-stationary value that is nothing but rounding is a double root.  So no root is lost or invented,
-however near two of them are, and a leading coefficient that vanishes (a root at infinity) costs
-nothing: it only cuts where no cut was needed.
+The zeros of its derivative, from an eigenvalue problem or a formula, divide each function into
+monotone pieces: a piece with a change of sign has one root, another none.  A stationary value of
+rounding size is a double root.  No root is lost or invented, however close two are; a vanishing
+leading coefficient (a root at infinity) only adds an unneeded division.
 """
 
 from __future__ import annotations
@@ -17,9 +16,9 @@ import numpy as np
 from ...kinematics.types import Array
 
 EPS = float(np.finfo(float).eps)
-#: Rounding errors, of the largest term, that a value may be off.
+#: Largest rounding error of a value [largest terms].
 NOISE = 32 * EPS
-#: Part of the largest coefficient below which the others leave a function constant.
+#: Ratio to the largest coefficient below which the others leave a function constant.
 CONSTANT = 1e-13
 #: A function and its slope.
 Function = Callable[[Array], tuple[Array, Array]]
@@ -32,11 +31,11 @@ class Roots:
     Attributes
     ----------
     at : ndarray, shape (k, m)
-        NaN where there are fewer.
+        Roots; NaN where a function has fewer.
     double : ndarray, shape (k, m)
-        Whether the function only touches zero there, to rounding.
+        Whether the function touches zero without crossing it, to rounding.
     everywhere : ndarray, shape (m,)
-        Whether the function vanishes everywhere: there are no single roots.
+        Whether the function vanishes everywhere and so has no single roots.
     """
 
     at: Array
@@ -48,7 +47,7 @@ class Roots:
         return Roots(np.zeros((0, m)), np.zeros((0, m), bool), np.zeros(m, bool))
 
     def put(self, index: Array, other: Roots) -> Roots:
-        """Return these, those of some functions being others."""
+        """Return a copy with the roots of some functions replaced."""
         k, m = max(len(self.at), len(other.at)), self.at.shape[1]
         at, double = np.full((k, m), np.nan), np.zeros((k, m), bool)
         at[: len(self.at)], double[: len(self.at)] = self.at, self.double
@@ -60,8 +59,7 @@ class Roots:
 
 
 def between(f: Function, nodes: Array, noise: Array) -> Roots:
-    """Return the roots of functions that are monotone between neighbouring nodes (k, m), in rising
-    order.
+    """Return the roots of functions that are monotone between rising nodes (k, m).
 
     Values below `noise` (m,) count as zero.
     """
@@ -72,7 +70,7 @@ def between(f: Function, nodes: Array, noise: Array) -> Roots:
     crossed = (sign[:-1] * sign[1:] < 0) & (low < high)
     rising = sign[1:] > 0
     x = (low + high) / 2
-    for _ in range(80):  # Newton's method, kept between bounds
+    for _ in range(80):  # Newton's method, safeguarded by bounds
         with np.errstate(all="ignore"):
             here, slope = f(x)
             up = (here > 0) == rising
@@ -92,7 +90,7 @@ def between(f: Function, nodes: Array, noise: Array) -> Roots:
 
 
 def trigonometric(c: Array, noise: Array) -> Roots:
-    """Return the roots of a trigonometric polynomial in a turn.
+    """Return the roots of a trigonometric polynomial in one turn.
 
     It is c0 + c1 cos x + c2 sin x + c3 cos 2x + c4 sin 2x, with coefficients (5, m).
     """
@@ -115,7 +113,7 @@ def trigonometric(c: Array, noise: Array) -> Roots:
     simple = np.sort(np.stack([one, one, other, other]), axis=0)
     angles = np.where(plain, simple, angles)
     found = between(f, np.concatenate([angles[-1:] - 2 * np.pi, angles, angles[:1] + 2 * np.pi]), noise)
-    once = [1, 2, 3, 4, 6, 7, 8, 9]  # of five pieces and six nodes
+    once = [1, 2, 3, 4, 6, 7, 8, 9]  # selection from five pieces and six nodes
     return Roots(found.at[once], found.double[once], found.everywhere)
 
 
@@ -169,9 +167,7 @@ def helical(c: Array, low: Array, high: Array, noise: Array) -> Roots:
 
 
 def _polynomial_roots(coefficients: list[Array]) -> Array:
-    """Return the roots (4, m) of quartics, the highest power first; 1 where that has no
-    coefficient.
-    """
+    """Return the roots (4, m) of quartics, highest power first; 1 without leading term."""
     c = np.stack(coefficients)
     bad = ~np.isfinite(c).all(0) | (c[0] == 0)
     c = np.where(bad, np.array([1, 0, 0, 0, -1])[:, None], c)

@@ -1,11 +1,10 @@
-"""Power series of a motion by the equations of the pose: each order is a linear system, with one
-Jacobian.
+"""Power series of a motion: one linear system per order, all with one Jacobian.
 
-Every unknown is a truncated series in time.  With the coefficients below order k known, the
-residual of order k, taken with those of order k at zero, gives them through the Jacobian of the
-position.  The rotation enters as the series of the angular velocity: points r of the body from the
-base have  k r_k = sum_j w_j x r_(k-1-j),  so that angular velocity and acceleration come with the
-same solve, without a formula for three points.
+Every unknown is a truncated series in time.  If the coefficients below order k are known, those of
+order k follow from the Jacobian of the position and the residual of order k, evaluated with them at
+zero.  The rotation is represented by the series of the angular velocity: points r of the body,
+relative to the base, have  k r_k = sum_j w_j x r_(k-1-j),  so one solve gives angular velocity and
+acceleration too.
 """
 
 from __future__ import annotations
@@ -30,9 +29,9 @@ def pose_series(
     q : ndarray, shape (order + 1, k, n)
         Series of the drivers.
     metric : ndarray, shape (f, n)
-        Arcs per free coordinate.
+        Arc length per unit of each free coordinate.
     inverse : ndarray, shape (m, m, n)
-        Of the Jacobian.
+        Inverse of the Jacobian.
     """
     order, n, p = len(q) - 1, len(system), system.arms.shape[1]
     spin = np.zeros((order + 1, 3, n))

@@ -1,4 +1,4 @@
-"""What the equations are made of: guides of a point by kind, driven points, and their values.
+"""Parts of the equations: guides of a point by kind, driven points, and evaluated equations.
 
 A state is an array (4 + f, n): a unit quaternion, and the free coordinates in units.
 """
@@ -17,16 +17,17 @@ from ..geometry.rotation import turned
 
 
 def moved(state: Array, step: Array, metric: Array | float = 1.0) -> Array:
-    """Return states (4 + f, n) after steps (3 + f, n): rotation [rad], and arcs on the guides in
-    units.
-    """
+    """Return states (4 + f, n) after steps (3 + f, n): rotation [rad], arcs [units]."""
     with np.errstate(all="ignore"):
         return np.concatenate([turned(state[:4], step[:3]), state[4:] + step[3:] / metric])
 
 
 class Equations(NamedTuple):
-    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free
-    coordinate (f, n) and per driver (k, n)."""
+    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n).
+
+    `metric` (f, n) and `travel` (k, n) are the arc lengths per unit of free coordinates and
+    drivers.
+    """
 
     residual: Array
     jacobian: Array
@@ -42,7 +43,7 @@ class Equations(NamedTuple):
 
 @dataclass(frozen=True)
 class Slot:
-    """The guides of one point: kinds, which of them, and parameters (k, n) in units."""
+    """The guides of one point: kinds, the kind of each mechanism, parameters (k, n) in units."""
 
     point: int
     kinds: tuple[Kind, ...]
@@ -51,7 +52,7 @@ class Slot:
 
     @cached_property
     def groups(self) -> list[tuple[Kind, Any, Array]]:
-        """Each kind, where it is, and its parameters."""
+        """Each kind, the mechanisms that have it, and its parameters."""
         found: list[tuple[Kind, Any, Array]] = []
         for c, kind in enumerate(self.kinds):
             where: Any = slice(None) if len(self.kinds) == 1 else np.flatnonzero(self.which == c)
@@ -73,9 +74,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Driven:
-    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w
-    (None: free).
-    """
+    """A driven point: index of its free coordinate, and drivers of u and w (None: free)."""
 
     slot: Slot
     column: int | None

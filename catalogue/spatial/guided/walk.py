@@ -1,4 +1,4 @@
-"""Lead bodies on guides along paths of their drivers, from corner to corner."""
+"""Move bodies on guides along paths of their drivers, from corner to corner."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .mechanism import Mechanisms
 from .position import EDGE, OK, driver_units, off_edge
 
 TURNING = "turning point"
-#: A pose in whose surroundings steps must lead.
+#: Reason: a pose near which a single step is not reliable.
 DOUBTFUL = "doubtful"
-#: Steps of bodies on guides, whose surfaces may bend where joints only turn.
+#: Step control for bodies on guides, whose surfaces may curve more than paths of joints.
 LIMITS = Limits(
     aim=2e-3,
     refused=1e-2,
@@ -32,12 +32,12 @@ LIMITS = Limits(
     last=LAST,
     margin=0.05,
 )
-#: Corrections of a pose to which a single step leads; the first also at most a tenth of the step.
+#: Corrections of a pose after a single step; the first is also at most a tenth of the step.
 ACCURACY = Accuracy(LAST, near=1e-2, enough=1e-6)
 
 
 class Walk:
-    """A block of n mechanisms on its way.
+    """State of a block of n mechanisms along their paths.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Walk:
     pose : ndarray, shape (4 + f, n)
         States at the first node.
     stop : ndarray, shape (n, s)
-        Corners of the path, its ends among them.
+        Corners of the path, including its ends.
 
     Attributes
     ----------
@@ -55,9 +55,9 @@ class Walk:
         Poses at the nodes, NaN beyond the last reached.
     reached, steps : ndarray, shape (n,)
     reason : ndarray of str, shape (n,)
-        Why a mechanism goes no farther; empty at the end of its path.
+        Reason for the end of a motion; empty at the end of its path.
     end : ndarray, shape (n,)
-        Where its motion ends, in nodes from the first.
+        End of the motion, in nodes from the first.
     """
 
     def __init__(self, mechanisms: Mechanisms, path: Array, pose: Array, stop: Array) -> None:
@@ -72,13 +72,13 @@ class Walk:
         self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
 
     def run(self) -> None:
-        """Advance all mechanisms until each has come to its end."""
+        """Advance all mechanisms until each motion has ended."""
         who = np.arange(len(self.begin))
         while len(who):
             who = self._advanced(who)
 
     def _advanced(self, who: Array) -> Array:
-        """Lead mechanisms to the next corners of their paths; return those not ended."""
+        """Move mechanisms to the next corners of their paths; return those not ended."""
         begin, last = self.begin[who], self.path.shape[1] - 1
         ahead = self.stop[who] & (np.arange(last + 1) > begin[:, None])
         end = np.where(begin < last, ahead.argmax(1), last)
@@ -86,7 +86,7 @@ class Walk:
         _, tangent, sign = newton_step(at[0], at[1], at[3], signed=True)
         own = np.where(self.sign[who] == 0, sign, self.sign[who])
         lost, self.sign[who] = (sign == 0) | (sign != own), own
-        back = lost & self.leaps[who] & (begin > 0)  # the last node may be that of another branch: there by steps
+        back = lost & self.leaps[who] & (begin > 0)  # the last node may be in another branch: repeat by steps
         self.begin[who[back]] -= 1
         self.leaps[who] &= ~back & (end == begin + 1)
         here = who[~back]
@@ -119,7 +119,7 @@ class Walk:
     def _leapt(
         self, who: Array, end: Array, curve: LineCurve, y: Array, tangent: Array, width: Array, on: Array
     ) -> Array:
-        """Go to the next corner at once where it is near; return where that was possible."""
+        """Try to reach the next corner in one step; return a mask of success."""
         far = width / np.where(tangent[:, -1] > 0, tangent[:, -1], np.nan)
         some = on[self.leaps[who[on]] & (far[on] <= LIMITS.first)]
         if not len(some):
@@ -136,7 +136,7 @@ class Walk:
         return some[good]
 
     def _fill(self, who: Array, end: Array, curve: LineCurve, traces: Traces, width: Array) -> None:
-        """Store poses at nodes of the paths along traces; note ends and their reasons."""
+        """Store poses at nodes of the paths along traces; record ends and their reasons."""
         self.steps[who] += traces.tried
         last, reason = traces.last, np.where(traces.reason == tracing.TURNING, TURNING, traces.reason)
         reason[reason == tracing.LONG] = STUCK
@@ -179,14 +179,14 @@ class Walk:
         self.reason[i[~again]] = told[~again]
 
     def _part(self, who: Array, begin: Array, end: Array, node: Array) -> Array:
-        """Return the part of the way between two corners at which nodes of a path are."""
+        """Return nodes of a path as fractions of the distance between two corners."""
         segment = self.path[who, end] - self.path[who, begin]
         with np.errstate(all="ignore"):
             part = ((self.path[who, node] - self.path[who, begin]) * segment).sum(1) / (segment * segment).sum(1)
         return np.where(node == end, 1.0, part)
 
     def _off(self, who: Array, curve: LineCurve, y: Array) -> Array:
-        """Return where a point is off the edge of its guide in states (n, numbers)."""
+        """Return a mask of states (n, numbers) with a point beyond the edge of its guide."""
         if not self.bounded:
             return np.zeros(len(who), bool)
         local = curve.system.local(curve.system.world(y[:, :-1].T, curve.drivers(y)))

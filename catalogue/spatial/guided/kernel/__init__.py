@@ -1,9 +1,8 @@
-"""Motion along a path, compiled by numba: what the modules beside this room do for many bodies at
-once by numpy.
+"""Motion along a path, compiled by numba, one body after the other.
 
-One body after the other: `guides` are the charts of `geometry`, `pose` the equations of
-`equations`, which `native.curve` follows, `sweep` what `follow` and `position` make of them;
-`guided.compiled` calls it.
+The modules of `guided` do this by numpy for many bodies at once.  `guides` repeats the charts of
+`geometry`, `pose` the `equations`, which `native.curve` follows, and `sweep` the functions of
+`follow` and `position`; `guided.compiled` calls it.
 """
 
 from ...native.curve import nodes

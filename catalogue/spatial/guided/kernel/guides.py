@@ -1,6 +1,4 @@
-"""Points, tangents, functions and coordinates of the guides of `geometry.guides.KINDS`, by their
-number there.
-"""
+"""Points, tangents, implicit functions and coordinates of guides, by their number in `KINDS`."""
 
 from __future__ import annotations
 
@@ -11,7 +9,7 @@ import numpy as np
 from ...geometry.guides import KINDS
 from ...native.compiling import inlined, version
 
-#: Of these kernels, and of the numbers of the guides.
+#: Version of these kernels, which includes the numbering of the guides.
 VERSION = version(__file__, repr([*KINDS]))
 
 _NUMBER = {name: i for i, name in enumerate(KINDS)}
@@ -33,7 +31,7 @@ LINE = _NUMBER["line"]
 
 @inlined
 def profile(kind, u, w, p, q):  # noqa: PLR0911, one for each kind
-    """Return rho, z and what they grow by: d rho/dw, dz/dw, dz/du."""
+    """Return rho, z and the derivatives d rho/dw, dz/dw, dz/du."""
     if kind == CYLINDER:
         return p, w, 0.0, 1.0, 0.0
     if kind == CONE:
@@ -76,7 +74,7 @@ def chart(kind, u, w, p, q):
 
 @inlined
 def function(kind, second, x, y, z, p, q):
-    """Return the first or second function of a torus or a helix, and its gradient."""
+    """Return the first or second implicit function of a torus or a helix, and its gradient."""
     if kind == HELIX:
         u = z / q
         if second:
@@ -92,7 +90,10 @@ def function(kind, second, x, y, z, p, q):
 
 @inlined
 def locate(kind, x, y, z, p, q):  # noqa: PLR0911, one for each kind
-    """Return u, w of a local point; w is NaN on a curve, u off the chart."""
+    """Return the coordinates u, w of a point in local axes.
+
+    w is NaN for a curve; u is NaN where the chart has no such point.
+    """
     if kind in (CYLINDER, AXIAL):
         return atan2(y, x), z
     if kind == CONE:

@@ -1,4 +1,4 @@
-"""The equations of the pose of one body, as `native.equations` has them.
+"""Equations of the pose of one body, in the form of `native.equations`.
 
 A state is a quaternion, the free coordinates, and y; the drivers are q0 + y q1.
 """
@@ -17,9 +17,9 @@ from .guides import HALF, HELIX, TORUS, chart, function
 
 
 class Plan(NamedTuple):
-    """What all bodies of a batch have in common; the last five as `native.curve` has them."""
+    """Data common to all bodies of a batch; the last five fields serve `native.curve`."""
 
-    points: Integers  # (rows,): point of each equation of an undriven point
+    points: Integers  # (rows,): number of the point of each equation of undriven points
     driven: Integers  # (d, 4): point, column of its free coordinate, drivers of u and of w; -1 for none
     keep: Integers
     redundant: bool
@@ -29,14 +29,14 @@ class Plan(NamedTuple):
 
 
 def plan(points: Any, driven: Any, free: int) -> Plan:
-    """Return a plan for bodies with so many free coordinates."""
+    """Return a plan for bodies with `free` free coordinates."""
     weight = np.concatenate([np.full(4, 4.0), np.ones(free + 1)])
     others = np.arange(3 + free), False, np.zeros((1, 5), np.int64), weight, np.zeros((1, 0), np.int64)
     return Plan(np.array(points, np.int64), np.array(driven, np.int64), *others)
 
 
 class Bodies(NamedTuple):
-    """Bodies and their guides in units, the first axis theirs."""
+    """Bodies and their guides in units; the first axis counts bodies."""
 
     arms: Floats  # (n, p, 3)
     frames: Floats  # (n, p, 3, 3)
@@ -49,23 +49,23 @@ class Bodies(NamedTuple):
 
 
 class Work(NamedTuple):
-    """What an evaluation and a step leave behind; m equations, k drivers, f free coordinates."""
+    """Work arrays and results of a step: m equations, k drivers, f free coordinates."""
 
     rotation: Floats  # (3, 3)
-    arms: Floats  # (p, 3): from the base, in the world
+    arms: Floats  # (p, 3): points relative to the base, in world axes
     places: Floats  # (d, 3): driven points
     tangents: Floats  # (d, 2, 3): X_u, X_w
     drivers: Floats  # (m, k)
-    metric: Floats  # (f,): arcs per free coordinate
-    travel: Floats  # (k,): and per driver
+    metric: Floats  # (f,): arc length per unit of each free coordinate
+    travel: Floats  # (k,): arc length per unit of each driver
     q: Floats  # (k,)
     q0: Floats  # (k,)
     q1: Floats  # (k,)
-    inverse: Floats  # (m, 2 m): Jacobian and unit matrix, on the way
+    inverse: Floats  # (m, 2 m): Jacobian and unit matrix, during elimination
     value: Floats  # (m + 1,): y last
     jacobian: Floats  # (m + 1, m + 1)
     matrix: Floats  # (m + 1, m + 1): factored
-    interchanged: Integers  # (m + 1,): with which row each was
+    interchanged: Integers  # (m + 1,): row with which each was interchanged
     step: Floats  # (m + 1,)
     along: Floats  # (m + 1,)
     tangent: Floats  # (m + 1,)
@@ -78,7 +78,7 @@ class Work(NamedTuple):
 
 @inlined
 def turn(y, r):
-    """Find the rotation matrix of a quaternion."""
+    """Compute the rotation matrix of a quaternion."""
     s, a, b, c = y[0], y[1], y[2], y[3]
     k = 2 / (s * s + a * a + b * b + c * c)
     r[0, 0], r[0, 1], r[0, 2] = 1 - k * (b * b + c * c), k * (a * b - s * c), k * (a * c + s * b)
@@ -88,7 +88,7 @@ def turn(y, r):
 
 @inlined
 def turned(r, x, y, z):
-    """Return a vector of the body, or of a guide, in the world."""
+    """Rotate a vector of the body, or of a guide, to world axes."""
     return (
         r[0, 0] * x + r[0, 1] * y + r[0, 2] * z,
         r[1, 0] * x + r[1, 1] * y + r[1, 2] * z,
@@ -98,7 +98,7 @@ def turned(r, x, y, z):
 
 @inlined
 def local(b, i, a, x, y, z):
-    """Return a point of the world in the axes of the guide of point a."""
+    """Return a world point in the axes of the guide of point a."""
     r, o = b.frames[i, a], b.origins[i, a]
     x, y, z = x - o[0], y - o[1], z - o[2]
     return (
@@ -110,7 +110,7 @@ def local(b, i, a, x, y, z):
 
 @inlined
 def put(plan, b, i, y, q, w):
-    """Find where a state has the points, and the tangents of the driven ones."""
+    """Compute the positions of all points, and the tangents at driven ones."""
     turn(y, w.rotation)
     for a in range(w.arms.shape[0]):
         w.arms[a, 0], w.arms[a, 1], w.arms[a, 2] = turned(w.rotation, b.arms[i, a, 0], b.arms[i, a, 1], b.arms[i, a, 2])
@@ -144,7 +144,7 @@ def put(plan, b, i, y, q, w):
 
 @inlined
 def evaluate(plan, b, i, y, w, slopes):
-    """Find residual and y, if asked for with their derivatives, in a state."""
+    """Compute the residual and y in one state; with `slopes`, their derivatives too."""
     m = len(plan.keep)
     for k in range(len(w.q)):
         w.q[k] = w.q0[k] + y[m + 1] * w.q1[k]
@@ -156,7 +156,7 @@ def evaluate(plan, b, i, y, w, slopes):
 
 @inlined
 def by_y(w):
-    """Find the derivatives by y from those by the drivers."""
+    """Compute the derivatives by y from those by the drivers."""
     m = len(w.drivers)
     for r in range(m):
         slope = 0.0
@@ -167,7 +167,7 @@ def by_y(w):
 
 @inlined
 def at_drivers(plan, b, i, y, w, slopes):
-    """Evaluate the residual at drivers `q`, with derivatives if asked for."""
+    """Compute the residual at drivers `q`; with `slopes`, its derivatives too."""
     put(plan, b, i, y, w.q, w)
     rows = len(plan.points)
     for row in range(rows):
@@ -184,9 +184,7 @@ def at_drivers(plan, b, i, y, w, slopes):
 
 @inlined
 def off_guide(plan, b, i, row, w):
-    """Find how far an undriven point is off its guide; return the unit normal of the guide, in its
-    axes.
-    """
+    """Compute the distance of an undriven point from its guide; return the local unit normal."""
     a = plan.points[row]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     x, y, z = local(b, i, a, w.places[0, 0] + ax, w.places[0, 1] + ay, w.places[0, 2] + az)
@@ -205,7 +203,7 @@ def off_guide(plan, b, i, row, w):
 
 @inlined
 def guide_slopes(plan, b, i, row, gx, gy, gz, w):
-    """Differentiate the distance of an undriven point from its guide of normal g."""
+    """Differentiate the distance of an undriven point from its guide, given the normal g."""
     a = plan.points[row]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     nx, ny, nz = turned(b.frames[i, a], gx, gy, gz)
@@ -223,7 +221,7 @@ def guide_slopes(plan, b, i, row, gx, gy, gz, w):
 
 @inlined
 def driven_slopes(plan, d, row, w):
-    """Differentiate the gap of driven point d between guide and body, rows `row` to + 2."""
+    """Differentiate the gap between guide and body at driven point d, from row `row` on."""
     a = plan.driven[d, 0]
     ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
     w.jacobian[row, 1], w.jacobian[row, 2] = -az, ay
@@ -254,7 +252,7 @@ def moved(plan, y, step):
 
 @inlined
 def unitary(plan, y):  # noqa: ARG001  # as others
-    """Give the quaternion the length 1."""
+    """Normalise the quaternion."""
     size = 1 / sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3])
     for j in range(4):
         y[j] *= size
@@ -262,7 +260,7 @@ def unitary(plan, y):  # noqa: ARG001  # as others
 
 @inlined
 def lifted(plan, y, step, out):  # noqa: ARG001  # as others
-    """Find the rates of a state."""
+    """Compute the rates of a state."""
     a, b, c = step[0] / 2, step[1] / 2, step[2] / 2
     s, u, v, o = y[0], y[1], y[2], y[3]
     out[0], out[1] = -(a * u + b * v + c * o), s * a + (b * o - c * v)
@@ -273,7 +271,7 @@ def lifted(plan, y, step, out):  # noqa: ARG001  # as others
 
 @inlined
 def distance(w):
-    """Return the largest distance from a guide, in units; NaN if one is."""
+    """Return the largest distance from a guide, in units; NaN if any distance is NaN."""
     most = 0.0
     for row in range(len(w.value) - 1):
         if not abs(w.value[row]) <= most:
@@ -283,7 +281,7 @@ def distance(w):
 
 @inlined
 def off_edge(plan, b, i, y, w):
-    """Return whether a point is on the half of a guide beyond its chart; the drivers are `q`."""
+    """Return whether a point is outside the chart of its guide, with drivers `q`."""
     beyond = False
     for a in range(b.kinds.shape[1]):
         beyond = beyond or (b.kinds[i, a] == HALF and beyond_waist(plan, b, i, a, y, w))
@@ -299,7 +297,7 @@ def beyond_waist(plan, b, i, a, y, w):
 
 
 def work(plan: Plan, points: int, drivers: int) -> Work:
-    """Return room for one pose."""
+    """Allocate the arrays of one pose."""
     d, m = len(plan.driven), len(plan.keep)
     n, y = m + 1, len(plan.weight)
     shapes = (

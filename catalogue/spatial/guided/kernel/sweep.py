@@ -1,4 +1,4 @@
-"""Bodies led along their paths by `native.curve`, from corner to corner, and measured."""
+"""Move bodies along their paths by `native.curve`, from corner to corner, and measure them."""
 
 from __future__ import annotations
 
@@ -30,30 +30,30 @@ from .pose import at_drivers, by_y, distance, lifted, local, off_edge, turned
 
 
 class Ways(NamedTuple):
-    """Requests and answers of n bodies."""
+    """Input and results of n bodies."""
 
     path: Floats  # (n, s, k): values of the drivers in units
-    stop: Integers  # (n, s): corners at first
-    states: Floats  # (n, s, 4 + f): the first is where each begins
-    reached: Integers  # (n,): how many nodes; 0 for a body that does not begin
-    why: Integers  # (n,): why not more
-    end: Floats  # (n,): where the motion ends, in nodes from the first
+    stop: Integers  # (n, s): mask of corners of the paths; nodes reached by repeated steps are added
+    states: Floats  # (n, s, 4 + f): the first one is the start
+    reached: Integers  # (n,): number of reached nodes; 0 for a body without start
+    why: Integers  # (n,): reason of the end
+    end: Floats  # (n,): end of the motion, in nodes from the first
     steps: Integers  # (n,)
 
 
 class Scales(NamedTuple):
-    """Factors from units to given lengths, bodies first."""
+    """Factors from units to the given lengths; the first axis counts bodies."""
 
     unit: Floats  # (n,)
     centre: Floats  # (n, 3)
     ratio: Floats  # (n,): unit / diameter
-    base: Floats  # (n, 3): of the body, as given
+    base: Floats  # (n, 3): base point of the body, as given
     coordinates: Floats  # (n, p, 2): units of u and w
-    smooth: Mask  # (n, d): whether w is free in another chart than the guide's
+    smooth: Mask  # (n, d): whether w is free in a chart other than the guide's
 
 
 class Measured(NamedTuple):
-    """What is measured of each position, n times s of them."""
+    """Measures of n times s positions."""
 
     quaternion: Floats
     translation: Floats
@@ -61,12 +61,12 @@ class Measured(NamedTuple):
     coordinates: Floats
     residual: Floats
     condition: Floats
-    good: Mask  # whether there is nothing to say of it
+    good: Mask  # whether the position has no remark
 
 
 @kept
 def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # noqa: ARG001  # part of its types
-    """Lead bodies along their paths, from corner to corner of each: `follow._led`."""
+    """Move bodies along their paths, from corner to corner; see `guided.walk`."""
     for i in range(len(ways.reached)):
         begin, sign, last, leap = NOUGHT, 0.0, ways.path.shape[1] - ONE, True
         if ways.reached[i] == 0:
@@ -79,7 +79,7 @@ def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # no
             here = set_out(plan, b, i, ways.path[i], begin, end, held, nodes, w)
             sign = here if sign == 0 else sign
             lost = here == 0 or here != sign
-            if lost and leap and begin > 0:  # back, and there by steps
+            if lost and leap and begin > 0:  # return to the corner and repeat by steps
                 begin, leap = begin - ONE, False
                 taken(ways, i, begin, w)
                 continue
@@ -96,7 +96,9 @@ def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # no
             else:
                 side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, held, w)
             done, begin, leap = begin, ways.reached[i] - 1, True
-            if ways.why[i] == DOUBTFUL and (begin > done or end > done + 1):  # again, by its last node and the next
+            if ways.why[i] == DOUBTFUL and (
+                begin > done or end > done + 1
+            ):  # repeat, with its last node and the next one as corners
                 ways.stop[i, begin], ways.stop[i, begin + 1], ways.why[i] = True, True, REACHED
             if ways.why[i] != REACHED:
                 break
@@ -119,10 +121,10 @@ def stored(ways, i, j, w):
 
 @inlined
 def set_out(plan, b, i, path, begin, end, held, nodes, w):
-    """Set out along the line from one corner of a path to the next.
+    """Start along the line from one corner of a path to the next.
 
-    Its length in arcs is left as the drive of node 0, the state as node 1; returns the sign of its
-    determinant.
+    The arc length of the line is stored as the drive of node 0, the state as node 1.  Return the
+    sign of the determinant.
     """
     m, width = len(plan.keep), 0.0
     w.y[m + 1] = 0.0
@@ -147,7 +149,7 @@ def set_out(plan, b, i, path, begin, end, held, nodes, w):
 
 @inlined
 def leapt(plan, b, i, width, held, nodes, limits, accuracy, w):
-    """Go to the next corner at once, if it is near; return whether that was possible."""
+    """Try to reach the next corner in one step; return success."""
     far = width / nodes.slope[1]
     if not far <= limits.first:
         return False
@@ -159,7 +161,7 @@ def leapt(plan, b, i, width, held, nodes, limits, accuracy, w):
 
 @compiled
 def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, held, w):
-    """Lead a body by steps from corner to corner of its path; store nodes."""
+    """Move a body by steps between two corners of its path; store nodes."""
     path, m, j, why = ways.path[i], len(plan.keep), begin + ONE, LONG
     h = min(limits.first, 1.02 * width / nodes.slope[1])
     nodes.s[0] = -limits.first
@@ -195,7 +197,7 @@ def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, hel
             j += ONE
         if why == LONG and nodes.drive[k] - nodes.drive[1] <= limits.shortest * width:
             why = STUCK
-        if why == LONG:  # on from the last node
+        if why == LONG:  # continue from the last node
             for to in range(2):
                 copied(nodes, k - 1 + to, to)
             h = nodes.s[1] - nodes.s[0]
@@ -207,7 +209,7 @@ def side(plan, b, i, ways, begin, end, width, sign, nodes, limits, accuracy, hel
 
 @inlined
 def part(path, begin, end, j):
-    """Return the part of the way between corners at value j of a path."""
+    """Return the fraction of the distance between corners at value j of a path."""
     along, size = 0.0, 0.0
     for k in range(path.shape[1]):
         segment = path[end, k] - path[begin, k]
@@ -220,7 +222,7 @@ def part(path, begin, end, j):
 
 @compiled
 def copied(nodes, one, to):
-    """Write a node over another."""
+    """Copy a node over another."""
     nodes.s[to], nodes.drive[to], nodes.slope[to] = nodes.s[one], nodes.drive[one], nodes.slope[one]
     for r in range(nodes.y.shape[1]):
         nodes.y[to, r], nodes.rate[to, r] = nodes.y[one, r], nodes.rate[one, r]
@@ -230,7 +232,7 @@ def copied(nodes, one, to):
 
 @inlined
 def off_edges(plan, b, i, k, nodes, w):
-    """Return the first node up to k beyond the edge of a guide; k + 1 if none is."""
+    """Return the first node, up to k, beyond the edge of a guide; k + 1 without one."""
     for n in range(2, k + 1):
         for d in range(len(w.q)):
             w.q[d] = w.q0[d] + nodes.drive[n] * w.q1[d]
@@ -241,7 +243,7 @@ def off_edges(plan, b, i, k, nodes, w):
 
 @kept
 def measured(plan, b, scales, path, values, states, reached, tests, out, w, version=VERSION):  # noqa: ARG001  # part of its types
-    """Measure positions: `position.reported`; what is not plainly good is left to it."""
+    """Measure positions; those with a remark are left to `position.reported`."""
     s = path.shape[1]
     for i in range(len(reached)):
         for j in range(reached[i]):
@@ -294,7 +296,7 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w, vers
 
 @inlined
 def condition(w, ratio):
-    """Return the condition number of the Jacobian, lengths being in diameters:
+    """Return the condition number of the Jacobian, lengths in diameters; see
     `position.conditioning`.
     """
     m, a = len(w.rows), w.inverse
