@@ -1,4 +1,4 @@
-"""Curves of poses: what equations offer to be followed, nodes on curves, cubics between nodes."""
+"""Curves of poses: interface of their equations, nodes, cubics between nodes."""
 
 from __future__ import annotations
 
@@ -8,41 +8,41 @@ import numpy as np
 
 from ...kinematics.types import Array
 
-#: Change of the part of an interval [1] below which it is found: Newton's method corrects poses.
+#: Tolerance of a position in an interval [intervals]; Newton's method corrects poses afterwards.
 NEAR = 1e-9
 
 
 class Limits(NamedTuple):
     """Control of the steps along a curve, lengths in radians and units."""
 
-    aim: float  # first correction of a step that is aimed at
-    refused: float  # above it a step is refused
-    first: float  # lengths of steps: the first, and bounds
+    aim: float  # first correction at which step control aims
+    refused: float  # largest first correction of an accepted step
+    first: float  # first step length, and its bounds
     longest: float
     shortest: float
-    contraction: float  # largest ratio of the second correction to the first: else another curve is near
-    at_branch: float  # a shorter step that would still change the orientation of the curve is at a branch point
-    bow: float  # distance of a step's chord from the mean of the tangents at its ends, as a part of its length
-    turn: float  # cosine of the largest turn of the tangent
-    last: float  # a correction below this is the last: the next would be less than a rounding error
-    margin: float = -1.0  # slope of the drive that counts as none, per cube of the angle turned; below 0: any
+    contraction: float  # largest ratio of the second correction to the first; above it another curve is near
+    at_branch: float  # step length below which a change of orientation means a branch point
+    bow: float  # largest distance of a chord from the mean of the tangents at its ends [chords]
+    turn: float  # cosine of the largest rotation of the tangent in a step
+    last: float  # size of the last correction: the next one would be rounding
+    margin: float = -1.0  # slope of a stationary drive per cube of the angle of rotation; below 0: no test
 
 
 class Curve:
-    """Equations of n mechanisms of one freedom: curves of poses along which a drive changes.
+    """Equations of n mechanisms with one degree of freedom: curves of poses, with a drive.
 
     States are of shape (n, numbers), steps of the unknowns and tangents of shape (n, m).
 
     Attributes
     ----------
     weight : ndarray, shape (numbers,)
-        Weights of the squares of a rate of length 1.
+        Weights of the squares of a rate in its norm.
     periodic : bool
-        Whether the drive is known but for whole turns.
+        Whether the drive is an angle known up to whole turns.
     redundant : bool
-        Whether conditions imply others.
+        Whether some conditions imply others.
     spins : bool
-        Whether a body spins idly: it follows no curve.
+        Whether a body spins idly; its rotation has no curve.
     """
 
     weight: Any
@@ -55,7 +55,7 @@ class Curve:
         raise NotImplementedError
 
     def take(self, index: Array) -> Self:
-        """Return the curves of some mechanisms, in any order and number."""
+        """Return the curves of selected mechanisms; repeats are permitted."""
         raise NotImplementedError
 
     def moved(self, y: Array, step: Array) -> Array:
@@ -67,7 +67,7 @@ class Curve:
         raise NotImplementedError
 
     def unitary(self, y: Array) -> Array:
-        """Return states with quaternions of length 1, if equations need them so."""
+        """Return states with normalised quaternions, if the equations have quaternions."""
         return y
 
     def selected(self, y: Array) -> Self:  # noqa: ARG002, redundant ones do
@@ -75,7 +75,7 @@ class Curve:
         return self
 
     def compiled_step(self, march: Any) -> Any:  # noqa: ARG002, as others
-        """Try a step of a `tracing.March` compiled; None where that cannot be."""
+        """Try a compiled step of a `tracing.March`; None if not supported."""
         return None
 
 
@@ -92,7 +92,7 @@ class Trace(NamedTuple):
         The driven scalar, and its derivative by s.
     tangent : ndarray, shape (k, m)
     reason : str
-        Why it ends; empty where it was to.
+        Reason of the end; empty at the target.
     """
 
     s: Array
@@ -108,7 +108,7 @@ class Trace(NamedTuple):
         return self._replace(**{name: v[index] for name, v in zip(self._fields[:-1], self[:-1], strict=True)})
 
     def at(self, s: Array) -> Array:
-        """Return states at arc lengths by the cubics between nodes, shape (n, numbers)."""
+        """Interpolate states at arc lengths by the cubics between nodes, shape (n, numbers)."""
         i = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
         h = (self.s[i + 1] - self.s[i])[:, None]
         t = (s - self.s[i])[:, None] / h
@@ -121,12 +121,12 @@ class Trace(NamedTuple):
         return np.asarray(self.s[i] + self.part(i, value) * (self.s[i + 1] - self.s[i]))
 
     def part(self, i: Array, value: Array) -> Array:
-        """Invert a monotonic drive: return parts of the intervals from nodes i."""
+        """Invert a monotonic drive: return positions in the intervals from nodes i, 0 to 1."""
         h, direction = self.s[i + 1] - self.s[i], np.sign(self.drive[i + 1] - self.drive[i])
         g = self.drive[i], self.drive[i + 1], self.slope[i], self.slope[i + 1]
         low, high = np.zeros_like(value), np.ones_like(value)
         t = np.clip((value - g[0]) / np.where(g[1] == g[0], 1, g[1] - g[0]), 0, 1)
-        for _ in range(40):  # Newton's method, kept between bounds: slow at a dead point
+        for _ in range(40):  # Newton's method, safeguarded by bounds: slow at a dead point
             off = cubic(t, h, *g) - value
             low, high = np.where(direction * off < 0, t, low), np.where(direction * off < 0, high, t)
             with np.errstate(all="ignore"):
@@ -137,7 +137,7 @@ class Trace(NamedTuple):
         return np.asarray(t)
 
     def joined(self, other: Trace) -> Trace:
-        """Return this one backwards, and then the other, which begins at the same node."""
+        """Return this trace reversed, followed by another one from its first node."""
         signs = {"s": -1, "y": 1, "rate": -1, "drive": 1, "slope": -1, "tangent": -1}
         both = [np.concatenate([sign * getattr(self, k)[:0:-1], getattr(other, k)]) for k, sign in signs.items()]
         return Trace._make([*both, other.reason])
@@ -149,10 +149,10 @@ class Traces(NamedTuple):
     Attributes
     ----------
     who : ndarray, shape (k,)
-        Which curve each node is of.
+        Number of the curve of each node.
     nodes : Trace
     reason : ndarray of str, shape (n,)
-        Why each ends; empty where it was to.
+        Reason of each end; empty at the target.
     tried : ndarray, shape (n,)
         Number of steps.
     """
@@ -169,10 +169,12 @@ class Traces(NamedTuple):
     def between(self, who: Array, value: Array) -> tuple[Array, Array, Array]:
         """Interpolate states (m, numbers) of curves `who` at values of growing drives.
 
-        With them the slopes of the drives, and the arcs between the nodes beside them.
+        Besides: the slopes of the drives, and the arc lengths between the neighbouring nodes.
         """
         nodes = self.nodes
-        span = 2 * max(np.abs(value).max(), 1e-300)  # of curves one after the other; last nodes may be farther
+        span = 2 * max(
+            np.abs(value).max(), 1e-300
+        )  # offset that separates consecutive curves; last nodes may be farther apart
         key = np.minimum(nodes.drive, 0.75 * span) + self.who * span
         i = np.minimum(np.searchsorted(key, value + who * span, side="right") - 1, self.last[who] - 1)
         h, t = nodes.s[i + 1] - nodes.s[i], nodes.part(i, value)
@@ -188,13 +190,16 @@ class Traces(NamedTuple):
 
 # -- formulas of arrays, which `native` compiles for one pose --------------------------------------
 def cubic(t: Any, h: Any, a: Any, b: Any, da: Any, db: Any) -> Any:
-    """Evaluate Hermite's cubic at the part t of an interval h: ends a, b and their derivatives."""
+    """Evaluate Hermite's cubic at fraction t of an interval h with ends a, b.
+
+    da and db are the derivatives at the ends.
+    """
     u = 1 - t
     return u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db)
 
 
 def cubic_slope(t: Any, h: Any, a: Any, b: Any, da: Any, db: Any) -> Any:
-    """Differentiate `cubic` by the part t."""
+    """Differentiate `cubic` by the fraction t."""
     return 6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db)
 
 
@@ -204,9 +209,11 @@ def around(angle: Any) -> Any:
 
 
 def rises(first: Any, last: Any, mean: Any, least: Any) -> Any:
-    """Check that the cubic of a drive rises all along a step: else two dead points may lie between.
+    """Return whether the cubic of a drive rises along a whole step; if not, dead points may be
+    inside.
 
-    It is given by its slopes at the ends and on average, `least` being the least that counts.
+    The cubic is given by its slopes at the ends and its mean slope; `least` is the smallest slope
+    of a rising drive.
     """
     linear, square = 6 * mean - 4 * first - 2 * last, 3 * (first + last - 2 * mean)
     dips = (square > 0) & (linear < 0) & (linear > -2 * square)

@@ -1,4 +1,4 @@
-"""Extrema of the drive along a curve of poses: dead points, and folds between two nodes."""
+"""Find dead points, the extrema of the drive along a curve of poses."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ...kinematics.types import Array
 from .curve import Curve, Trace, around, cubic
 from .newton import across
 
-#: A drive that turns back less steeply than this [units per rad or unit] rests.
+#: Slope below which a drive is stationary and does not reverse [units per rad or unit].
 FLAT = 1e-9
-#: Slope of the drive at a dead point: the drive is off by its square.
+#: Largest slope of the drive at a dead point; the error of the drive is its square.
 FOUND = 1e-10
-#: Change of arc length [rad, units] below which only rounding is left.
+#: Change of arc length below which a root is exact to rounding [rad, units].
 NEAREST = 1e-13
 
 
 def unfolded(curve: Curve, trace: Trace) -> Trace:
-    """Return a trace with a node between any two between which its drive turns back twice.
+    """Insert a node into each interval of a trace in which the drive reverses twice.
 
-    The cubic between two nodes, whose slope is s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, says where
-    that may be; the least slope of the curve itself decides.
+    The cubic between two nodes, of slope s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, shows candidates;
+    the least slope of the curve itself decides.
     """
     h, s0, s1 = np.diff(trace.s), trace.slope[:-1], trace.slope[1:]
     m = 3 * np.diff(trace.drive) / h - s0 - s1
@@ -49,15 +49,15 @@ def _with_node(curve: Curve, trace: Trace, k: int, s: float) -> Trace:
 
 
 def _unwound(curve: Curve, value: Array, near: Any) -> Array:
-    """Add the whole turns that bring periodic drives next to others."""
+    """Add whole turns to periodic drives to bring them next to given values."""
     return np.asarray(near + around(value - near)) if curve.periodic else value
 
 
 def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
     """Find the dead points of n curves between two nodes of each.
 
-    Roots of the slope by false position.  Nodes are not exact: if the slope does not change its
-    sign between them, the root is a little outside, where a secant finds it.
+    Solves for roots of the slope by false position.  Nodes are not exact: if the slope does not
+    change sign between them, the root is just outside and a secant finds it.
     """
     h = other.s - one.s
 
@@ -78,7 +78,7 @@ def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
         there, along, new = at(s)
         stays = crosses & (new * slope >= 0)
         with np.errstate(all="ignore"):
-            share = 1 - new / slope  # Anderson and Björck's: keeps the other end from staying
+            share = 1 - new / slope  # Anderson and Björck's factor: without it one end would never move
         f = np.where(done, f, np.where(stays, f * np.where(share > 0, share, 0.5), slope))
         a = np.where(done | stays, a, b)
         y, tangent = (np.where(done[:, None], v, w) for v, w in ((y, there), (tangent, along)))

@@ -1,9 +1,8 @@
-"""Small linear systems by the thousand: Gaussian elimination with the batch last, so that every
-pass runs along it.
+"""Solve thousands of small linear systems by Gaussian elimination, vectorised over the batch.
 
-LAPACK through ``np.linalg.solve`` raises if one system of the batch is singular and gives no sign
-of the determinant; here a singular system gives infinities in its own place.  Of a few systems
-LAPACK is faster, and serves if it can.
+``np.linalg.solve`` (LAPACK) raises if one system of the batch is singular and does not return the
+sign of the determinant; here only the solution of a singular system is infinite.  For a few regular
+systems LAPACK is faster and is used.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ import numpy as np
 
 from ...kinematics.types import Array
 
-#: Systems up to which LAPACK is faster.
+#: Number of systems up to which LAPACK is faster.
 FEW = 24
-#: Logarithm of a determinant, in entries, below which LAPACK does not serve.
+#: Logarithm of a determinant, relative to the entries, below which LAPACK is not used.
 NEARLY = -30.0
 
 
@@ -63,8 +62,6 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
 
 
 def condition(matrix: Array, inverse: Array) -> Array:
-    """Return the condition number in the Frobenius norm: at most m times that in the 2-norm, and
-    not below it.
-    """
+    """Return the condition number in the Frobenius norm, 1 to m times that in the 2-norm."""
     with np.errstate(all="ignore"):
         return np.asarray(np.sqrt((matrix**2).sum((0, 1)) * (inverse**2).sum((0, 1))))

@@ -1,4 +1,4 @@
-"""Newton's method onto curves of poses: across them, or to where their drives have given values."""
+"""Correct states onto curves of poses, across the tangent or at given values of the drive."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ...kinematics.types import Array
 from . import elimination
 from .curve import Curve, around
 
-#: A Newton step below this is the last: the next would be less than a rounding error.
+#: Size of the last Newton step: the next one would be rounding.
 LAST = 1e-8
 
 
 class Accuracy(NamedTuple):
-    """Newton's method on poses: sizes of its steps [rad, units]."""
+    """Step sizes of Newton's method on poses [rad, units]."""
 
-    last: float  # a step below this is the last
-    near: float | Array  # largest first step: a pose farther away is that of another assembly
-    enough: float  # largest last step with which a pose is found
+    last: float  # size of the last step
+    near: float | Array  # largest first step; a pose farther away is another assembly
+    enough: float  # largest last step of a solution
 
 
 def newton_step(f: Array, j: Array, tangent: Array, signed: bool = False) -> tuple[Array, Array, Array]:
@@ -31,7 +31,8 @@ def newton_step(f: Array, j: Array, tangent: Array, signed: bool = False) -> tup
     along : ndarray, shape (n, m)
         Unit vector along the curve, on the side of the tangent.
     sign : ndarray, shape (n,)
-        Of the determinant of the Jacobian bordered by either, if asked for; 0 where it is singular.
+        Sign of the determinant of the Jacobian bordered by `tangent`, if `signed`; 0 where
+        singular.
     """
     bordered = np.concatenate([j, tangent[:, None]], axis=1)
     right = np.zeros((*tangent.shape, 2))

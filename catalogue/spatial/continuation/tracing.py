@@ -1,8 +1,8 @@
-"""Steps along the curves of all poses that mechanisms of one freedom can take.
+"""Trace curves of poses of mechanisms with one degree of freedom.
 
-Arc length is regular where any drive has a dead point, so that a curve is followed without regard
-to its drive (Allgower and Georg, Introduction to Numerical Continuation Methods).  Nodes are as far
-apart as a cubic through the last two allows.
+The parameter is the arc length, which is regular at dead points of any drive (Allgower and Georg,
+Introduction to Numerical Continuation Methods).  The error of a cubic through the last two nodes
+controls the step.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .curve import Curve, Limits, Trace, Traces, around, cubic, rises
 from .dead_points import dead_points
 from .newton import LAST, newton_step
 
-#: Steps of mechanisms of joints: cubics between nodes lead Newton's method to any pose.
+#: Step control for mechanisms of joints: Newton's method finds any pose from cubics between nodes.
 LIMITS = Limits(
     aim=2e-3,
     refused=1e-2,
@@ -35,7 +35,7 @@ TINY = 1e-9
 BEST = 0.0625
 #: Fourth power of the greatest ratio of a step to the next, 1 / 0.3.
 WORST = 123.5
-#: Nodes of a curve at most.
+#: Largest number of nodes of a curve.
 MOST = 2000
 #: Reasons why a curve ends.
 TURNING = "dead point"
@@ -47,7 +47,7 @@ LONG = "no end after 2000 nodes"
 class March:
     """Continuation of n curves from states (n, numbers) along tangents (n, m).
 
-    Each has steps of its own; arrays are of the curves `who`, those not ended.
+    Each curve has its own step length; arrays refer to the curves `who` that have not ended.
     """
 
     def __init__(
@@ -65,18 +65,18 @@ class March:
         self.last: tuple[Array, ...] = (np.zeros(len(y)), y, rate, drive, (by * tangent).sum(1), tangent)
         self.h = np.full(len(y), length) if first is None else first
         self.sign = newton_step(f, j, tangent, signed=True)[2]
-        self.crossing = np.zeros(len(y), bool)  # whether the last step tried would have changed the orientation
-        # where no step was made yet, the node before is one straight behind
+        self.crossing = np.zeros(len(y), bool)  # whether the last attempted step would have changed the orientation
+        # before the first step, the previous node is extrapolated backwards along the tangent
         self.before: tuple[Array, ...] = (self.last[0] - length, y - length * rate, *self.last[2:])
         self.reason, self.tried = np.full(len(y), "", object), np.zeros(len(y), int)
         self._passed: list[tuple[Array, ...]] = [(self.who, *self.last)]
 
     def step(self) -> Array:
-        """Try a step of every curve; return where one was made.
+        """Try a step of every curve; return a mask of accepted steps.
 
-        A step is refused where Newton's method does not contract, where cubics would not be near
-        the curve, and where the bordered determinant changes its sign, which it does not on one
-        smooth curve (Allgower and Georg, ch. 8).
+        A step is refused if Newton's method does not contract, if cubics would not be near the
+        curve, or if the bordered determinant changes sign: its sign is constant along a smooth
+        curve (Allgower and Georg, ch. 8).
         """
         self.tried[self.who] += 1
         h, node, good, self.crossing = self.curve.compiled_step(self) or self._tried()
@@ -96,7 +96,7 @@ class March:
         back = (s - self.before[0])[:, None]
         curve, sign, limits = self.curve, self.sign, self.limits
         guess = curve.unitary(cubic(1 + self.h[:, None] / back, back, self.before[1], y, self.before[2], rate))
-        if curve.redundant:  # conditions that stand for all others where the step begins
+        if curve.redundant:  # conditions that imply all others at the start of the step
             curve = curve.selected(y)
             sign = newton_step(*curve(y)[:2], tangent, signed=True)[2]
         f, j, _, _ = curve(guess)
@@ -108,7 +108,7 @@ class March:
         left = np.sqrt((off * off).sum(1))
         y_new = curve.moved(near, off)
         rate_new = curve.lifted(y_new, new)
-        # the arc over the chord: the cubics, and the next guess, rely on it
+        # ratio of arc to chord, for the cubics and the next predictor
         ahead = y_new - y
         chord = np.sqrt((curve.weight * ahead**2).sum(1))
         arc = chord * (1 + (2 - 2 * (curve.weight * rate_new * rate).sum(1)) / 24)
@@ -136,13 +136,13 @@ class March:
         return np.minimum(change * self.h, limits.longest), node, np.asarray(good), crossing
 
     def stopped(self) -> Array:
-        """Find the curves whose steps are too short, and note the reason."""
+        """Return a mask of curves with too short steps, and record the reason."""
         stopped = self.h < np.where(self.crossing, self.limits.at_branch, self.limits.shortest)
         self.reason[self.who[stopped]] = np.where(self.crossing[stopped], BRANCH, STUCK)
         return np.asarray(stopped)
 
     def end(self, here: Array) -> None:
-        """Take some curves off their way."""
+        """End the tracing of some curves."""
         keep = np.flatnonzero(~here)
         self.who, self.h, self.curve = self.who[keep], self.h[keep], self.curve.take(keep)
         self.sign, self.crossing = self.sign[keep], self.crossing[keep]
@@ -164,8 +164,9 @@ def _where(mask: Array, a: Array, b: Array) -> Array:
 
 
 def toward(curve: Curve, y: Array, tangent: Array, target: Array, **given: Any) -> Traces:
-    """Follow curves until their drives have passed a target (n,), or turn back; `given` as for
-    `March`.
+    """Trace curves until their drives pass a target (n,) or reverse.
+
+    Further arguments are those of `March`.
     """
     march = March(curve, y, tangent, **given)
     direction = np.sign(target - march.last[3])

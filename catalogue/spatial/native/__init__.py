@@ -1,8 +1,7 @@
-"""What compiled kernels have in common: whether numba is there, how it compiles and what it keeps,
-who is told to wait for it; the steps along a curve of poses, its dead points and the poses between,
-whatever equations they satisfy.
+"""Common parts of compiled kernels: loading and compiling by numba, continuation of curves of
+poses.
 
-`equations` says what a kernel must offer, `newton` solves, `curve` follows; `elimination` solves
-linear equations. `jointed.compiled` and `guided.compiled` load theirs by `loading`.  numba is
-imported with the first kernel.
+`equations` is the interface of a kernel's equations, `newton` solves them, `curve` follows their
+curve to dead points and given values; `elimination` solves linear equations.  `loading` loads
+kernels for `jointed.compiled` and `guided.compiled`; the first one imports numba.
 """

@@ -1,4 +1,4 @@
-"""How kernels are compiled by numba, and kept from one process to the next."""
+"""Decorators that compile kernels by numba and cache them on disk."""
 
 from __future__ import annotations
 
@@ -11,26 +11,24 @@ from numba import njit
 
 from ..continuation import curve as formulas
 
-#: Arrays come from outside and stay there while a function runs: not to count who uses them makes
-#: it four times faster.
+#: The caller keeps all arrays alive, so numba need not count references: four times faster.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
 compiled = njit(**_OPTIONS)
-#: The same for what is called at every position: calls with many arrays take longer than what they
-#: do.
+#: Compile a function inline: for short functions with many arrays, whose calls would dominate.
 inlined = njit(forceinline=True, **_OPTIONS)
-#: The same for what is called from outside: numba keeps it, and with it what it calls.
+#: Compile an entry point and cache it on disk, together with the functions that it calls.
 kept = njit(cache=True, **_OPTIONS)
 
-#: Numbers that variables begin with: for a literal numba compiles what they are given to once more.
+#: Typed initial values of variables: literals would make numba compile called functions again.
 NOUGHT: Any = np.int64(0)
 ONE: Any = np.int64(1)
 
 
 def version(file: str, *more: str) -> int:
-    """Return a checksum of a folder of kernels, this one, `continuation.curve` and `more`.
+    """Return a checksum of a folder of kernels, this folder, `continuation.curve` and `more`.
 
-    As a default of kept functions it is part of their types, so that numba does not take for them
-    what it has kept of another version: that depends to it on the file of each alone.
+    As a default argument of cached functions it is part of their types.  Without it numba would
+    check only the file of a function and might load the cache of another version.
     """
     sources = [path for folder in (__file__, file) for path in sorted(Path(folder).parent.glob("*.py"))]
     sources.append(Path(formulas.__file__))

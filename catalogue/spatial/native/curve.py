@@ -1,8 +1,8 @@
-"""Step along a curve of compiled poses to a drive value or dead point; poses between.
+"""Trace a curve of poses, compiled, to a drive value or dead point; interpolate poses.
 
-A plan has, besides, `keep`: the rows of the conditions; `redundant`: whether some are implied by
-others; `scalars`, of which the last column of the last says whether the drive is known but for
-whole turns; `weight`: of the numbers of a rate of length 1; `idle`: what spins idly.
+A plan has these fields: `keep`, rows of the conditions; `redundant`, whether some imply others;
+`scalars`, the last entry of the last row says whether the drive is known up to whole turns;
+`weight`, weights of a rate in its norm; `idle`, conditions against idle rotations.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from .newton import around, evaluated, factored, lacking, largest, select
 
 cubic, cubic_slope, rises = inlined(formulas.cubic), inlined(formulas.cubic_slope), inlined(formulas.rises)
 
-#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
+#: Least value of t^2 (1 - t)^2, at fraction t of an interval, that reveals the error of its cubic.
 LEAST_BULGE = 1e-3
 #: Least divisor.
 TINY = 1e-9
-#: Why a curve ended: it was to, or a reason; a matrix was singular, which numpy solves.  Bodies on
-#: guides end, besides, at the edge of a guide, and where a pose is not surely on the curve.
+#: Reasons for the end of a curve.  SINGULAR: numpy repeats the step.  EDGE and DOUBTFUL, a pose
+#: that may not be on the curve, occur for bodies on guides only.
 REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR, EDGE, DOUBTFUL = range(8)
 
 
 class Nodes(NamedTuple):
-    """Room for nodes of a curve."""
+    """Preallocated arrays of the nodes of a curve."""
 
     s: Floats
     y: Floats
@@ -42,7 +42,7 @@ class Nodes(NamedTuple):
 
 
 def nodes(unknowns: int, most: int, numbers: int) -> Nodes:
-    """Return room for nodes."""
+    """Allocate the arrays of `most` nodes."""
     m = unknowns
     shapes = ((most,), (most, numbers), (most, numbers), (most,), (most,), (most, m))
     return Nodes(*(np.empty(shape) for shape in shapes))
@@ -50,14 +50,15 @@ def nodes(unknowns: int, most: int, numbers: int) -> Nodes:
 
 @inlined
 def at(plan, geometry, g, y, w):
-    """Find what conditions lack and the drive in one state, with their Jacobian."""
+    """Compute residuals and the drive in one state, with their Jacobian."""
     evaluated(plan, geometry, g, y, w, True)
 
 
 @inlined
 def across(plan, held, w, border):
-    """Find Newton's step across a tangent, and the unit vector along the curve; return the sign of
-    the determinant.
+    """Compute Newton's step across a tangent, and the unit vector along the curve.
+
+    Return the sign of the determinant.
     """
     sign = factored(border, w)
     if sign != 0:
@@ -89,13 +90,12 @@ def size_of(v):
 
 @inlined
 def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
-    """Try a step from node k of nodes, node b before it; leave the new state, its rates and its
-    tangent in `w`.
+    """Try a step from node k, with previous node b; store state, rates and tangent in `w`.
 
     Returns
     -------
     sign : int
-        Of the bordered determinant; 0 if singular.
+        Sign of the bordered determinant; 0 if singular.
     first, second : float
         Sizes of the corrections.
     value, slope : float
@@ -132,10 +132,11 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
 
 @inlined
 def good_step(plan, h, nodes, k, first, second, w, limits):
-    """Return whether a step stays on its smooth curve, but for the determinant's sign.
+    """Return whether a step stays on its smooth curve, without the test of the determinant.
 
-    With it its arc, how much longer the next may be, and the square of its turn: corrections grow
-    like the fourth power of a step, the turn like the step, the bow like its square.
+    Besides: its arc length, the permitted ratio of the next step to it, and the square of the
+    rotation of the tangent.  Corrections grow like the fourth power of a step, the rotation like
+    the step, the bow like its square.
     """
     chord, cosine, turn = 0.0, 0.0, 0.0
     for i in range(len(w.y)):
@@ -169,12 +170,12 @@ def write_node(nodes, k, s, value, slope, w):
 
 @compiled
 def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
-    """Try a step from node k, b before it, and write it as node `to`.
+    """Try a step from node k, with previous node b, and write it as node `to`.
 
-    Returns the next length of step, whether the step was made, whether it would have changed the
+    Return the next step length, whether the step was accepted, whether it would have changed the
     orientation, and whether a matrix was singular.
     """
-    if plan.redundant:  # conditions that stand for all others where the step begins
+    if plan.redundant:  # conditions that imply all others at the start of the step
         at(plan, geometry, g, nodes.y[k], w)
         select(plan, held, w)
         orientation = factored(nodes.tangent[k], w)
@@ -194,9 +195,9 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
 
 @compiled
 def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
-    """Follow a curve from node 1 until its drive passes a target or turns back.
+    """Trace a curve from node 1 until its drive passes a target or reverses.
 
-    Returns the last node, why it ended, and how many steps were tried.
+    Return the last node, the reason of the end, and the number of attempted steps.
     """
     direction, most = np.sign(target - nodes.drive[1]), len(nodes.s) - 2
     k = ONE
@@ -219,9 +220,7 @@ def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
 
 @compiled
 def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
-    """Return the slope of the drive at an arc length near node i; the pose and its tangent are in
-    `w`.
-    """
+    """Return the slope of the drive at an arc length near node i; store the pose in `w`."""
     h, drive = nodes.s[i + 1] - nodes.s[i], len(w.value) - 1
     t = (s - nodes.s[i]) / h
     for j in range(len(w.y)):
@@ -244,10 +243,10 @@ def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
 
 @compiled
 def stationary(plan, geometry, g, held, nodes, i, limits, w):
-    """Find the pose next to nodes i and i + 1 where the drive is stationary; return its arc length.
+    """Find the pose near nodes i and i + 1 with a stationary drive; return its arc length.
 
-    By false position, where the slope changes its sign; else the place is a little outside, where a
-    secant finds it.
+    Uses false position if the slope changes sign between them; else a secant, for the pose is just
+    outside.
     """
     a, b = nodes.s[i], nodes.s[i + 1]
     low, high, s = 1.5 * a - 0.5 * b, 1.5 * b - 0.5 * a, b
@@ -259,7 +258,7 @@ def stationary(plan, geometry, g, held, nodes, i, limits, w):
             new = slope_at(plan, geometry, g, held, nodes, i, s, limits, w)
             if new * v < 0:
                 a, f = b, v
-            else:  # Anderson and Björck's share keeps the other end from staying
+            else:  # Anderson and Björck's factor: without it one end would never move
                 share = 1 - new / v
                 f *= share if share > 0 else 0.5
             gone, b, v = abs(s - b), s, new
@@ -276,7 +275,7 @@ def stationary(plan, geometry, g, held, nodes, i, limits, w):
 
 @compiled
 def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
-    """Put the dead point that lies before node k in its place."""
+    """Replace node k by the dead point before it."""
     s = stationary(plan, geometry, g, held, nodes, k - 1, limits, w)
     at(plan, geometry, g, w.y, w)
     value = w.value[len(w.value) - 1]
@@ -290,7 +289,7 @@ def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
 
 @inlined
 def where(nodes, i, direction, value):
-    """Return the part of the interval from node i at which the drive has a value."""
+    """Return the fraction of the interval from node i at which the drive has a value."""
     h, low, high = nodes.s[i + 1] - nodes.s[i], 0.0, 1.0
     a, b, da, db = nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]
     t = min(max((value - a) / (b - a if b != a else 1.0), 0.0), 1.0)
@@ -313,9 +312,9 @@ def where(nodes, i, direction, value):
 def between(nodes, i, last, direction, value, bulge, w):
     """Interpolate the pose at a value of the drive between nodes, from node i.
 
-    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose
-    before, `off`, where that was `bulge`, it is set right.  Returns the node before the pose, and
-    t^2 (1 - t)^2; `off` is the cubic itself.
+    The error of the cubic is nearly proportional to t^2 (1 - t)^2.  The pose before had the error
+    `off` at the value `bulge` of this factor; the cubic is corrected in proportion.  Return the
+    node before the pose, and the factor; `off` becomes the uncorrected cubic.
     """
     drive = nodes.drive
     if last == 1:

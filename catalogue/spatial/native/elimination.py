@@ -1,4 +1,4 @@
-"""Systems of a few equations, solved by Gaussian elimination, and again for other right sides."""
+"""Solve small linear systems by Gaussian elimination, also for further right sides."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ def eliminate(a, m, columns, interchanged):
     """Solve a system of m equations by elimination with row pivoting, in place: `columns` with all
     right sides.
 
-    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.
-    Pivots, and what rows were multiplied with, are left for `substitute`.
+    Return the sign of the determinant.  The solution of a singular system is not finite.  Pivots
+    and factors remain in `a` for `substitute`.
     """
     sign = 1.0
     for c in range(m):
@@ -44,9 +44,7 @@ def eliminate(a, m, columns, interchanged):
 
 @inlined
 def substitute(a, m, interchanged, out):
-    """Solve a system that has been eliminated for another right side, in place: forward and back
-    substitution.
-    """
+    """Solve an eliminated system for another right side, in place."""
     for c in range(m):
         out[c], out[interchanged[c]] = out[interchanged[c]], out[c]
         out[c] /= a[c, c]

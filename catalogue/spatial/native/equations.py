@@ -1,7 +1,7 @@
 """Interface of compiled equations to `newton` and `curve`.
 
-A kernel registers its functions for the type of its plan, and numba compiles what calls them once
-for each: which plan is meant it knows from the type of the first argument.
+A kernel registers its functions for the type of its plan.  numba selects them by the type of the
+first argument, and compiles their callers once for each type.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from numba.extending import overload
 
 
 def evaluate(plan: Any, geometry: Any, g: int, y: Any, w: Any, jacobian: bool) -> None:
-    """Evaluate conditions, the drive last, and their Jacobian if asked for."""
+    """Compute conditions, then the drive; with `jacobian`, their Jacobian too."""
 
 
 def moved(plan: Any, y: Any, step: Any) -> None:
@@ -21,15 +21,15 @@ def moved(plan: Any, y: Any, step: Any) -> None:
 
 
 def unitary(plan: Any, y: Any) -> None:
-    """Give quaternions the length 1, in place."""
+    """Normalise quaternions, in place."""
 
 
 def lifted(plan: Any, y: Any, step: Any, out: Any) -> None:
-    """Find the rates of a state when the unknowns have those given."""
+    """Compute the rates of a state from the rates of the unknowns."""
 
 
 def offer(plan: type, functions: Sequence[Any]) -> None:
-    """Register compiled functions for the stubs above, by the type of the plan."""
+    """Register compiled functions for these stubs, by the type of the plan."""
     stubs: tuple[Callable[..., None], ...] = (evaluate, moved, unitary, lifted)
     for stub, function in zip(stubs, functions, strict=True):
         _offer(plan, stub, function)

@@ -1,7 +1,7 @@
 """Load compiled kernels, where numba is installed: ten times faster than numpy.
 
-numba keeps what it has compiled beside the module, or, where it cannot write there, in the user's
-cache folder (`NUMBA_CACHE_DIR` says another); `NUMBA_DISABLE_JIT=1` leaves all to numpy.
+numba caches compiled functions beside the module, or in the user's cache folder if that is
+read-only (`NUMBA_CACHE_DIR` overrides both).  With `NUMBA_DISABLE_JIT=1` numpy does all.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ def load(name: str) -> ModuleType | None:
         return None
     try:
         return import_module(name)
-    except (ImportError, KeyError) as error:  # numba refuses a numpy newer than itself; an option may have gone
+    except (ImportError, KeyError) as error:  # numba refuses a newer numpy; an option may have been removed
         warnings.warn(f"numba cannot be used, sweeps go by numpy: {error}", RuntimeWarning, stacklevel=2)
         return None
 
 
 def call(function: Any, *given: Any) -> Any:
-    """Call a compiled function; where numba takes its time to compile it, say so."""
+    """Call a compiled function; show a message while numba compiles it."""
     if function.overloads:
         return function(*given)
     with busy("compiling sweeps in space, for this and later processes"), uncounted():
@@ -40,5 +40,5 @@ def call(function: Any, *given: Any) -> Any:
 
 
 def plain(v: Array) -> Array:
-    """Return an array as kernels are compiled for: of doubles, in order."""
+    """Return a contiguous array of doubles: the array type of kernels."""
     return np.ascontiguousarray(v, float)

@@ -1,4 +1,4 @@
-"""Newton's method on the equations of one pose, where the drive is to have a value."""
+"""Newton's method on the equations of one pose at a given value of the drive."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ from .equations import evaluate, moved, unitary
 
 around = inlined(formulas.around)
 
-#: A matrix is factored anew where the step by an old one is larger than this part of the step
-#: before.
+#: Ratio of a step to the one before above which the matrix is factored anew.
 SLOW = 0.05
-#: Predicted error of a pose at which its correction ends.
+#: Predicted error of a pose below which its correction ends.
 NONE_LEFT = 1e-15
 
 
 @compiled
 def evaluated(plan, geometry, g, y, w, jacobian):
-    """Evaluate a state: in one place, as equations are long to compile."""
+    """Evaluate a state; the only call of the equations, which are slow to compile."""
     evaluate(plan, geometry, g, y, w, jacobian)
 
 
@@ -41,8 +40,9 @@ def lacking(plan, held, w):
 
 @inlined
 def factored(last, w):
-    """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of
-    a singular one.
+    """Factor the Jacobian of the curve with one more row; return the sign of its determinant.
+
+    0: the matrix is singular.
     """
     a, m = w.matrix, len(last)
     for i in range(m - 1):
@@ -56,9 +56,7 @@ def factored(last, w):
 
 @compiled
 def select(plan, held, w):
-    """Choose the conditions that span all others best, by elimination with full pivoting of their
-    Jacobian.
-    """
+    """Select independent conditions by elimination with full pivoting of their Jacobian."""
     left, (conditions, m) = w.left, w.left.shape
     for r in range(conditions):
         for j in range(m):
@@ -81,7 +79,7 @@ def select(plan, held, w):
 
 @inlined
 def largest(v):
-    """Return the largest size of a component; NaN if one is."""
+    """Return the largest absolute value of a component; NaN if any is NaN."""
     most = 0.0
     for i in range(len(v)):
         if not abs(v[i]) <= most:
@@ -91,11 +89,11 @@ def largest(v):
 
 @compiled
 def corrected(plan, geometry, g, held, y, target, w, accuracy):
-    """Correct a state, in place, so that the drive has a value: 1 if that was possible, 0 if not,
-    -1 if singular.
+    """Correct a state, in place, to a value of the drive.
 
-    Newton's method, at first; then with the Jacobian of the step before, as long as that contracts
-    well.
+    Return 1 on success, 0 on failure, -1 if a matrix is singular.
+
+    After the first Newton step the Jacobian of the step before is used while it contracts well.
     """
     m, drive = len(w.step), len(w.value) - 1
     periodic = plan.scalars[-1, 4] == 1
