@@ -4,14 +4,14 @@
     ``Guides(kind, parameters, origin, quaternion)``: the guides of one point of all mechanisms;
     ``KINDS`` by name: six surfaces (cylinder, cone, hyperboloid, torus, sphere, plane; charts of
     Table I and regular ones, ``hyperboloid:sinh`` ...), three curves; ``Kind``, ``Revolved`` and
-    ``Quadric`` are what a surface of one's own subclasses.
+    ``Quadric`` are the base classes of a user's own surfaces.
 ``guided``
     A body with points on surfaces and curves (Mangeron, Oğuztöreli and Plitea 1970, two notes):
     five points on surfaces, one on a curve and three on surfaces, ...; six classes with one to
     three degrees of freedom.  Everything works on batches, the leading axis being that of the
     mechanisms, with guides of different kinds side by side. ``Mechanisms(body, guides, drivers)``
-    is a checked batch, ``solve_positions`` has its positions, ``assemblies`` all of them, ``jets``
-    derivatives to any order, ``follow`` the motion along a path of the drivers.
+    is a checked batch, ``solve_positions`` computes its positions near a start, ``assemblies`` all
+    positions, ``jets`` derivatives of any order, ``follow`` the motion along a path of the drivers.
 
 >>> from catalogue.spatial import Guides, Mechanisms, follow, jets
 >>> circles = Guides("circle", r), Guides("circle", s, origins, quaternions)
@@ -22,17 +22,16 @@
 ``jointed``
     Bodies on revolute, screw, prismatic, cylindrical, spherical and universal joints, on gears, on
     links with spherical joints at both ends, and on guides, from hard points in the design pose.
-    ``Mechanism(elements)``; ``sweep(drive, values)`` is its ``Motion`` with derivatives,
-    ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility`` its freedoms.  Any
-    scalar drives: ``Joint``, ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
+    ``Mechanism(elements)``; ``sweep(drive, values)`` returns its ``Motion`` with derivatives,
+    ``circuit(drive)`` the whole circuit (``circuits`` for a batch), ``mobility`` its freedoms.  Any
+    scalar can drive: ``Joint``, ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
 
 >>> from catalogue.spatial import Link, Mechanism, Travel
 >>> axle = Mechanism([Link("ground", a, "wheel", b) for a, b in zip(inner, outer)])
 >>> axle.sweep(Travel("wheel", centre), np.linspace(-80, 80, 161)).point("wheel", centre)
 
 ``fitting``
-    ``fit(mechanism, targets, boxes, bounds)``: hard points moved inside boxes so that curves are
-    met best.
+    ``fit(mechanism, targets, boxes, bounds)``: move hard points inside boxes to fit target curves.
 
 >>> from catalogue.spatial import Box, Sweep, Target, fit
 >>> bump = Sweep(Travel("wheel", centre), np.linspace(-80, 80, 17))
@@ -93,7 +92,7 @@ if TYPE_CHECKING:
     from .jointed.two_wheels import axle
     from .jointed.vehicle import Vehicle, anti_dive
 
-#: Where the names stand.
+#: Module of each public name.
 _HOME = {
     "fitting.boxes": "Box",
     "fitting.fit": "fit",
@@ -187,7 +186,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # who knows the names above and no others
+if not TYPE_CHECKING:  # type checkers use the imports above
 
     def __getattr__(name: str) -> Any:
         if name in _MODULE:

@@ -1,3 +1,5 @@
-"""Pictures of mechanisms in space: ``scene`` is what is seen, ``figure`` draws it, ``lettering``
-places what is written, ``curves`` plots over the drive.  It knows no mechanism:
-``jointed/picture.py`` makes scenes of motions."""
+"""Pictures of mechanisms in space, independent of the kind of mechanism.
+
+``scene`` has the contents of a picture, ``figure`` draws it, ``lettering`` places texts, ``curves``
+plots over the drive.  ``jointed/picture.py`` makes scenes of motions.
+"""

@@ -1,4 +1,4 @@
-"""Readings plotted over the drive: one panel for each, in its unit."""
+"""Plot columns of a table over the drive, one panel for each."""
 
 from __future__ import annotations
 
@@ -17,22 +17,21 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: Panels beside each other.
+#: Panels in a row.
 BESIDE = 3
-#: Panels of one sheet.
+#: Largest number of panels of a sheet.
 MOST = 24
 #: Width and height of a panel [inch].
 PANEL = (3.2, 2.3)
 
 
 def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[str] | None = None) -> Figure:
-    """Plot the columns of a table over the drive, headings as ``"toe [deg]"``; those that are
-    constant too.
+    """Plot the columns of a table over the drive; headings are like ``"toe [deg]"``.
 
     Raises
     ------
     InvalidRequest
-        If there is no column, or too many, or one is not numbers, or the file cannot be written.
+        If there is no column or too many, one is not numeric, or the file cannot be written.
     """
     kind = kind_of(file) if file is not None else ""
     names = [str(name) for name in table.columns]
@@ -55,7 +54,7 @@ def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[s
         ax.spines[["left", "bottom"]].set_color(GREY)
         ax.margins(x=0.02)
         good = y[np.isfinite(y)]
-        if len(good) and np.ptp(good) <= 1e-9 * max(1.0, float(np.abs(good).max())):  # rounding is no curve
+        if len(good) and np.ptp(good) <= 1e-9 * max(1.0, float(np.abs(good).max())):  # rounding is not drawn
             ax.set_ylim(good[0] - 1, good[0] + 1)
     for ax in panels[len(names) :]:
         ax.set_visible(False)

@@ -1,4 +1,4 @@
-"""A scene in three dimensions on paper: equal scales, what is nearer drawn over what is farther."""
+"""Draw a scene in three dimensions, with equal scales and nearer parts over farther ones."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ if TYPE_CHECKING:
 
 #: Width and height [inch].
 SIZE = (9.0, 7.0)
-#: Part of the height for the title.
+#: Fraction of the height for the title.
 TOP = 0.1
 #: Elevations of the views that are tried [deg].
 ELEVATIONS = (16, 24, 32)
 #: Azimuths of the views that are tried [deg].
 AZIMUTHS = range(-175, 180, 10)
-#: Colours of bodies, distinct to colour-blind eyes (Okabe and Ito).
+#: Colours of bodies, distinct for colour-blind readers (Okabe and Ito).
 BODIES = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 #: Colours of paths.
 PATHS = (PATH, "#b5342b", "#8a6fb0")
 #: Colour of guides and springs.
 GUIDE = "#5b9aa0"
-#: Strength of poses that are not drawn in full.
+#: Opacity of ghosts.
 GHOST = 0.22
 
 
 def draw(scene: Scene, file: str | PathLike[str] | None = None, labels: bool = True) -> Figure:
-    """Draw a scene, to a PNG, SVG or PDF file if one is named."""
+    """Draw a scene; write it to a PNG, SVG or PDF file if one is given."""
     kind = kind_of(file) if file is not None else ""
     figure = blank(*SIZE)
     sheet = Sheet(figure, scene)
@@ -55,7 +55,7 @@ def draw(scene: Scene, file: str | PathLike[str] | None = None, labels: bool = T
 
 
 class Sheet:
-    """Axes in three dimensions in which symbols are drawn by depth."""
+    """Axes in three dimensions; symbols are drawn in order of depth."""
 
     def __init__(self, figure: Figure, scene: Scene) -> None:
         from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]  # it ships no types
@@ -79,7 +79,7 @@ class Sheet:
         self.range = float(np.abs(room @ np.abs(self.toward))) or 1.0
 
     def _fill(self, room: Array) -> None:
-        """Set the scale at which the scene fills the paper."""
+        """Set the scale so that the scene fills the paper."""
         self.ax.set_box_aspect(tuple(room), zoom=1.0)
         self.figure.draw_without_rendering()
         flat = self.flat(self.scene.places)
@@ -95,21 +95,19 @@ class Sheet:
         self.figure.draw_without_rendering()
 
     def flat(self, x: Array) -> Array:
-        """Return where points (n, 3) are on the paper [pixel], (n, 2)."""
+        """Return the positions (n, 2) of points (n, 3) on the paper [pixel]."""
         from mpl_toolkits.mplot3d import proj3d
 
         a, b, _ = proj3d.proj_transform(*np.reshape(x, (-1, 3)).T, self.ax.get_proj())
         return np.asarray(self.ax.transData.transform(np.stack([a, b], axis=1)))
 
     def depth(self, x: Array, above: float = 0.0) -> float:
-        """Return the order in which something at points (n, 3) is drawn: from 10 to 20, more for
-        what is nearer.
-        """
+        """Return the drawing order of a symbol at points (n, 3): 10 to 20, nearer ones higher."""
         return float(15 + 9 * ((np.reshape(x, (-1, 3)).mean(0) - self.middle) @ self.toward) / self.range + above)
 
     # -- symbols ---------------------------------------------------------------------------------
     def bar(self, ends: Array, width: float, colour: str, alpha: float = 1.0) -> None:
-        """Draw a bar with a border, in pieces, each at its own depth."""
+        """Draw a bar with a border, in pieces with their own depths."""
         pieces = 8 if alpha == 1 else 1
         x = ends[0] + np.linspace(0, 1, pieces + 1)[:, None] * (ends[1] - ends[0])
         for a, b in pairwise(x):
@@ -126,7 +124,7 @@ class Sheet:
             )
 
     def pose(self, k: int) -> None:
-        """Draw all in one pose: the first in full, others as ghosts."""
+        """Draw all parts in pose k; poses other than the first are ghosts."""
         scene, alpha = self.scene, 1.0 if k == 0 else GHOST
         for _, patch in scene.patches:
             if k == 0:
@@ -179,7 +177,7 @@ class Sheet:
                 Poly3DCollection(x[faces], facecolor=colour, alpha=0.16, lw=0, zorder=self.depth(x, -1))
             )
         for i, j in edges:
-            if len(x) > 3 and k == 0:  # of a solid body
+            if len(x) > 3 and k == 0:  # three-dimensional body
                 self.ax.plot(*x[[i, j]].T, color=colour, lw=1.3, zorder=self.depth(x[[i, j]], -0.5))
             else:
                 self.bar(x[[i, j]], 2.6 if k == 0 else 1.0, colour, alpha=1.0 if k == 0 else GHOST)
@@ -194,7 +192,7 @@ class Sheet:
                 self.dots(good[[0, -1]], 3.2, colour, colour, above=12)
 
     def triad(self) -> None:
-        """Draw the directions of the axes beside the mechanism, as long as is written at them."""
+        """Draw the coordinate axes beside the mechanism, with their length as a scale."""
         scene = self.scene
         length = nice(0.16 * scene.size)
         flat = self.flat(np.eye(3) * length) - self.flat(np.zeros((1, 3)))
@@ -215,7 +213,7 @@ class Sheet:
         self.figure.text(0.04, 0.02, f"axes {length:g} {scene.unit}", fontsize=8.5, color=GREY)
 
     def names(self) -> None:
-        """Write names of links and bodies, and lengths of links, where they cover nothing."""
+        """Write names of links and bodies, and lengths of links, in free places."""
         scene = self.scene
         letters = Letters(self.figure)
         for x in (
@@ -251,8 +249,9 @@ class Sheet:
 
 
 def hull(x: Array) -> tuple[list[tuple[int, int]], Array]:
-    """Return edges and faces (f, 3) of the convex hull of points (k, 3); of a flat one every edge
-    of its border.
+    """Return edges and faces (f, 3) of the convex hull of points (k, 3).
+
+    For a flat hull the edges are those of its border.
     """
     from scipy.spatial import ConvexHull, QhullError
 
@@ -294,8 +293,9 @@ def toward(elevation: float, azimuth: float) -> Array:
 
 
 def view(scene: Scene) -> tuple[float, float]:
-    """Return elevation and azimuth [deg] from where joints are farthest apart and links least
-    foreshortened.
+    """Return elevation and azimuth of the best view [deg].
+
+    Joints are far apart in it, links little foreshortened.
     """
     x = np.concatenate(
         [scene.balls[0], *(v.points[0] for v in scene.bodies), *(v.rods[0].reshape(-1, 3) for v in scene.bodies)]
@@ -317,6 +317,6 @@ def view(scene: Scene) -> tuple[float, float]:
 
 
 def nice(length: float) -> float:
-    """Return the round number that is not above a length: 1, 2 or 5 times a power of ten."""
+    """Round a length down to 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(length))
     return float(power * max(k for k in (1, 2, 5) if k * power <= length * (1 + 1e-9)))

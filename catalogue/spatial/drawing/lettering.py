@@ -1,4 +1,4 @@
-"""Place the texts of a picture where they cover least."""
+"""Place the texts of a picture where they cover as little as possible."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from ...paper import PAPER
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Size of letters [point].
+#: Font size [points].
 LETTER = 8.5
-#: Width of a letter, in its size.
+#: Mean width of a letter [font sizes].
 WIDTH = 0.56
-#: Parts of a line at which a text is tried.
+#: Positions along a line at which a text is tried [lengths of the line].
 ALONG = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
-#: Distances from a line at which a text is tried [point].
+#: Distances from a line at which a text is tried [points].
 AWAY = (10.0, 15.0, 22.0, 30.0)
 
 
 class Letters:
-    """Texts on a figure; all lengths are pixels."""
+    """Texts on a figure and the places they occupy; all lengths are in pixels."""
 
     def __init__(self, figure: Figure) -> None:
         self.figure, self.scale = figure, figure.dpi / 72
@@ -31,7 +31,7 @@ class Letters:
         self.points = np.zeros((0, 2))
 
     def keep_off(self, x: Array, half: float = 1.0) -> None:
-        """Leave points (n, 2) free."""
+        """Keep points (n, 2) free of texts."""
         for d in ((0, 0),) if half <= 1 else ((0, 0), (half, 0), (-half, 0), (0, half), (0, -half)):
             self.points = np.concatenate([self.points, x + np.array(d) * self.scale])
 
@@ -57,7 +57,7 @@ class Letters:
         )
 
     def _places(self, x: Array, half: Array, at_ends: bool) -> list[tuple[Array, float]]:
-        """Return possible centres of a text with their costs."""
+        """Return possible centres of a text, with the cost of each."""
         out = []
         if at_ends or len(x) != 2:
             anchors = [(p, 0.0) for p in x]
@@ -72,7 +72,7 @@ class Letters:
         return out
 
     def _cost(self, place: Array, half: Array) -> float:
-        """Return how much a text there would cover."""
+        """Return the cost of a text at a place: the amount that it covers."""
         off = np.abs(self.points - place) - half - 2.0 * self.scale
         cost = 3.0 * float((off < 0).all(1).sum())
         for other in self.taken:

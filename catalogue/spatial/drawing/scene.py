@@ -1,5 +1,6 @@
-"""What a picture of a mechanism shows, in the user's unit: arrays begin with the poses, the first
-drawn in full.
+"""Contents of a picture of a mechanism, in the user's unit.
+
+The first axis of arrays counts poses; the first pose is drawn in full, others as ghosts.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 
-#: How far an axis reaches beyond its joint, in the size of what is drawn.
+#: Length of an axis beyond its joint [sizes of the scene].
 REACH = 0.045
 
 
@@ -33,9 +34,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Axis:
-    """The axis of a joint: one or two points (p, 1 or 2, 3), direction (p, 3), what the body does
-    about it.
-    """
+    """The axis of a joint: one or two points (p, 1 or 2, 3), direction (p, 3), kind of motion."""
 
     points: Array
     direction: Array
@@ -43,7 +42,7 @@ class Axis:
     slides: bool
 
     def ends(self, size: float) -> Array:
-        """Return where the symbol ends, (p, 2, 3)."""
+        """Return the ends of the symbol, (p, 2, 3)."""
         more = REACH * size * (1.6 if self.slides else 1.0) * self.direction
         return np.stack([self.points[:, 0] - more, self.points[:, -1] + more], axis=1)
 
@@ -55,13 +54,13 @@ class Scene:
     Attributes
     ----------
     balls : ndarray, shape (p, b, 3)
-        Ball joints; `fixed` (f, 3) the points that stand still.
+        Ball joints; `fixed` (f, 3) are fixed points.
     curves, patches : list of (str, ndarray), shape (p, m, 3), (p, m, m, 3)
         Guides, by name.
     rings : list of ndarray, shape (p, m, 3)
         Wheels.
     paths : dict
-        Points that are followed, by name, (s, 3).
+        Paths of points (s, 3), by name.
     title, note : str
     unit : str
     """

@@ -1,6 +1,6 @@
-"""Hard points moved inside boxes so that curves read off the motion are met best.
+"""Fit hard points, within boxes, to target curves read off the motion.
 
-``boxes`` names the hard points that may move, ``targets`` says what is to be met, ``trials`` sweeps
+``boxes`` has the movable hard points, ``targets`` the target curves and bounds; ``trials`` sweeps
 and reads mechanisms with moved points, many at once, with derivatives; ``fit`` is the least-squares
-search, ``outcome`` what it reports, ``files`` the same from a section of a file.
+search, ``outcome`` its report; ``files`` fits by a section of a file.
 """

@@ -1,4 +1,4 @@
-"""Hard points by name, the boxes in which they may move, and mechanisms with them moved."""
+"""Boxes in which named hard points may move, and mechanisms with moved points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..jointed.hard_points import numbers
 from ..jointed.mechanism import Mechanism
 from ..jointed.system import System
 
-#: Fields of elements that are hard points.
+#: Fields of elements that hold hard points.
 FIELDS: dict[type, tuple[str, ...]] = {
     Link: ("from_", "to"),
     Spherical: ("at",),
@@ -29,18 +29,18 @@ FIELDS: dict[type, tuple[str, ...]] = {
 
 @dataclass(frozen=True, eq=False)
 class Box(Stated):
-    """A box about one or more hard points, in which they move by the same displacement.
+    """A box about one or more hard points that move by one displacement.
 
     Parameters
     ----------
     points : str or sequence of str
-        Such as ``"tie rod.to"``: the name of an element and the field that holds the point.  Points
-        that coincide in the design pose are one hard point and need one name.
+        Names such as ``"tie rod.to"``: an element and its field of the point.  Coincident points in
+        the design pose are one hard point; one of their names suffices.
     half : float or sequence of 3 floats
-        How far each coordinate may go either way; 0 keeps it.
+        Largest displacement of each coordinate in both senses; 0 fixes it.
     mirror : {"", "x", "y", "z"}
-        Points after the first move as its mirror image: this component of their displacement is
-        reversed.
+        Component of the displacement that is reversed for all points after the first: they move as
+        its mirror images.
     """
 
     points: str | Sequence[str]
@@ -54,18 +54,18 @@ class Variables:
     Attributes
     ----------
     labels : tuple of str
-        Hard points, such as ``"tie rod.to"``; `points` (h, 3) where they are given.
+        Names of hard points, such as ``"tie rod.to"``; `points` (h, 3) are their given positions.
     names : tuple of str
-        Of the variables, such as ``"tie rod.to z"``.
+        Names of the variables, such as ``"tie rod.to z"``.
     half : ndarray, shape (k,)
-        Displacement that a variable of 1 is.
+        Displacement for a variable of 1.
     moves : ndarray, shape (k, h, 3)
         Displacement of every hard point by each variable.
 
     Raises
     ------
     InvalidRequest
-        If a name or a size means nothing, or a point is in two boxes, or on a guide.
+        If a name is unknown, a size is invalid, or a point is in two boxes or on a guide.
     """
 
     def __init__(self, mechanism: Mechanism, boxes: Sequence[Box]) -> None:
@@ -99,7 +99,7 @@ class Variables:
         self.names, self.half, self.moves = tuple(names), np.array(half), np.array(moves)
 
     def _displaced(self, box: Box, signs: Array) -> tuple[Array, str]:
-        """Return signs (h, 3) by which hard points move with a box, and its name."""
+        """Return the factors (h, 3) of a box's displacement for all hard points, and its name."""
         wanted = names("Box.points", box.points)
         if not wanted:
             raise InvalidRequest(f"a Box is about hard points, by their names, not {quoted(box.points)}")
@@ -125,8 +125,9 @@ class Variables:
         return np.asarray(np.tensordot(u, self.moves, 1))
 
     def elements(self, u: Array, repeat: int = 1) -> list[Element]:
-        """Return the elements with points moved by u (n, k), each mechanism `repeat` times; a batch
-        if that is many.
+        """Return the elements with points moved by u (n, k), each mechanism `repeat` times.
+
+        Several mechanisms are one batch.
         """
         points, out = self.points + self.displacement(u), list(self.mechanism.elements)
         for h in sorted(self.at_home):
@@ -141,7 +142,7 @@ class Variables:
         return Mechanism(self.elements(u), self.mechanism.unit)
 
     def in_system(self, system: System, displacement: Array) -> Array:
-        """Return displacements (n, h, 3) as those of the points of a system, in its units."""
+        """Convert displacements (n, h, 3) to those of the points of a system, in its units."""
         out = np.zeros((len(displacement), system.points.shape[1], 3))
         for h in self.at_home:
             out[:, system.labels.index(self.labels[h])] = displacement[:, h] / system.unit
@@ -149,7 +150,7 @@ class Variables:
 
 
 def _checked(box: Box) -> tuple[Array, Array]:
-    """Return half sizes (3,) and the signs by which points after the first move."""
+    """Return half sizes (3,) and the factors of the points after the first."""
     size = np.broadcast_to(array("Box.half", box.half, (), (3,)), (3,))
     if not (np.isfinite(size) & (size >= 0)).all():
         raise InvalidRequest(f"half sizes of a Box are one or three numbers, 0 or more, not {quoted(box.half)}")

@@ -1,10 +1,10 @@
 """Read the section ``[fit]`` of a file, and write the file with moved hard points.
 
 ``[fit.sweep.NAME]`` has `drive` and `hold`, names of drives, and `values`, or `from`, `to` and
-`steps`, in the unit of the file or degrees.  ``[[fit.target]]`` says what is read: `read`, a column
-that a sweep prints; or `length`, a link; or `point`, a point of the file, on a `line` (`at`,
-`along`), a `circle` (`centre`, `axis`, `radius`) or at the positions `values`; and what is wanted:
-`value`, or `values` for each pose, or a curve `x`, `y` over the drive; with `tolerance`, `offset`,
+`steps`, in the unit of the file or degrees.  ``[[fit.target]]`` has the quantity: `read`, a column
+of the sweep's table; or `length`, a link; or `point`, a point of the file, on a `line` (`at`,
+`along`), a `circle` (`centre`, `axis`, `radius`) or at the positions `values`.  It has the target:
+`value`, or `values` for each pose, or a curve `x`, `y` over the drive; and `tolerance`, `offset`,
 and `over`, the sweep.  ``[[fit.bound]]`` has `read` or `length`, `least`, `most`. ``[[fit.box]]``
 has `point` or `points`, `half`, `mirror`.
 """
@@ -35,7 +35,7 @@ from .fit import fit
 from .outcome import Fit
 from .targets import Bound, Reading, Sweep, Target, link_length, off_circle, off_line
 
-#: Positions of a sweep at most.
+#: Largest number of positions of a sweep.
 MOST = 10_000
 #: Fields of each table.
 KNOWN = {
@@ -47,12 +47,12 @@ KNOWN = {
 
 
 def fit_file(job: Job, starts: int = 16, steps: int = 50, seed: int = 1) -> Fit:
-    """Fit the mechanism of a file to what its section ``[fit]`` asks for.
+    """Fit the mechanism of a file by its section ``[fit]``.
 
     Raises
     ------
     InvalidRequest
-        If there is no such section, or something in it means nothing.
+        If the section is missing or has an invalid entry.
     NotMovable
         As `fit`.
     """
@@ -108,9 +108,9 @@ class Asked:
             raise InvalidRequest(f"{what}: over must name a sweep, one of {', '.join(self.sweeps) or 'none'}")
         return self.sweeps[name]
 
-    # -- what is read ----------------------------------------------------------------------------
+    # -- quantities ------------------------------------------------------------------------------
     def _reading(self, one: Mapping[str, Any], what: str) -> tuple[str, Reading, str]:
-        """Return name, reading and unit of what a target or a bound is about."""
+        """Return name, reading and unit of the quantity of a target or a bound."""
         said = [name for name in ("read", "length", "point") if name in one]
         if len(said) != 1:
             raise InvalidRequest(f"{what} needs one of read, length and point")
@@ -167,7 +167,7 @@ class Asked:
         return Target(name, reading, over, value, _one(one, "tolerance", what, 1.0), offset, unit)
 
     def _curve(self, one: Mapping[str, Any], over: Sweep, what: str) -> Array:
-        """Interpolate a curve linearly at shown values of the drive."""
+        """Interpolate a curve linearly at values of the drive in the shown unit."""
         x, y = array(f"{what}.x", one["x"], finite=True), array(f"{what}.y", one.get("y", []), finite=True)
         if x.ndim != 1 or x.shape != y.shape or len(x) < 2 or not (np.diff(x) > 0).all():
             raise InvalidRequest(f"{what}: x must rise, and y have as many numbers")
@@ -232,7 +232,7 @@ def rewritten(job: Job, found: Fit) -> dict[str, Any]:
 
 
 def write(given: Mapping[str, Any], file: Path) -> None:
-    """Write tables to a file, as JSON by its suffix, else as TOML."""
+    """Write tables to a file: JSON if its suffix is ``.json``, else TOML."""
     text = json.dumps(given, indent=1) + "\n" if file.suffix.lower() == ".json" else toml(given)
     try:
         with replacing(file) as part:
@@ -242,7 +242,7 @@ def write(given: Mapping[str, Any], file: Path) -> None:
 
 
 def toml(given: Mapping[str, Any]) -> str:
-    """Return tables as TOML; read again, they are the same."""
+    """Return tables as TOML, without loss of digits."""
     lines: list[str] = []
     _table_lines(given, "", lines)
     text = "\n".join(lines).lstrip("\n") + "\n"

@@ -1,6 +1,4 @@
-"""The least-squares search: hard points inside boxes, so that targets are met best and bounds are
-kept.
-"""
+"""Fit hard points inside boxes to targets and bounds by least squares."""
 
 from __future__ import annotations
 
@@ -26,15 +24,15 @@ FTOL = 1e-8
 XTOL = 1e-13
 #: Gradient at which a search stops.
 GTOL = 1e-15
-#: Part of the tolerances below which all deviations count as none: the search is over.
+#: Deviation at which a target is met exactly and the search ends [tolerances].
 ENOUGH = 1e-6
-#: Updates of the multipliers of bounds.
+#: Largest number of updates of the multipliers of bounds.
 ROUNDS = 20
-#: First weight of bounds.
+#: Initial penalty weight of bounds.
 WEIGHT = 100.0
 #: Starts at most.
 MOST = 1_000_000
-#: How many of the starts are searched from, besides the mechanism as it was given.
+#: Number of random starts with a search, besides the given mechanism.
 SEARCHED = 2
 
 
@@ -47,36 +45,36 @@ def fit(
     steps: int = 50,
     seed: int = 1,
 ) -> Fit:
-    """Move hard points inside boxes so that curves are met best.
+    """Fit hard points inside boxes to target curves.
 
-    The sum over targets of the mean square of their deviations, each over its tolerance, becomes
-    least (trust regions, `scipy.optimize.least_squares`); bounds are kept by multipliers (Powell,
-    Hestenes).  Every trial is swept from its own design pose: one that a sweep does not get
-    through, or whose design pose is on the other side of a singular one, is refused and counted.
-    The mechanism as given is searched from first; if a target or a bound is then missed, the best
-    of other starts in the boxes are, too.  Of many solutions one nearby is found.  Points that are
-    read off, such as the centre of a wheel, keep their places in the design pose.
+    Minimises the sum over targets of the mean square of deviation / tolerance (trust regions,
+    `scipy.optimize.least_squares`); bounds are kept by multipliers (Powell, Hestenes).  Every trial
+    is swept from its own design pose; it is refused and counted if a sweep ends early or its design
+    pose is beyond a singular one.  The first search starts from the given mechanism; if it misses a
+    target or a bound, others start from the best of random points in the boxes.  Of several
+    solutions one nearby is found.  Points of readings, such as the centre of a wheel, keep their
+    positions in the design pose.
 
     Parameters
     ----------
     mechanism : Mechanism
     targets : sequence of Target
     boxes : sequence of Box
-        Hard points that may move; all others stay.
+        Hard points that may move; all others are fixed.
     bounds : sequence of Bound, optional
     starts : int
-        Points in the boxes from which a search may begin, the given one among them.
+        Number of points in the boxes that are tried as starts, including the given one.
     steps : int
-        Trials in one search at most.
+        Largest number of trials of one search.
     seed : int
-        Of the other starts.
+        Seed of the random starts.
 
     Raises
     ------
     InvalidRequest
-        If a name, a size, a value or a reading means nothing.
+        If a name is unknown, or a size, a value or a reading is invalid.
     NotMovable
-        If neither the mechanism as given nor any other start gets through all sweeps.
+        If neither the given mechanism nor any other start completes all sweeps.
     """
     targets, bounds = several("targets", targets, Target), several("bounds", bounds, Bound)
     starts, steps, seed = whole("starts", starts, 1, MOST), whole("steps", steps, 1), whole("seed", seed, 0)
@@ -104,40 +102,40 @@ def fit(
 
 
 class Search:
-    """Residuals, their derivatives, and searches with them."""
+    """Residuals, their derivatives, and least-squares searches."""
 
     def __init__(self, trials: Trials, targets: Sequence[Target], bounds: Sequence[Bound], steps: int) -> None:
         self.trials, self.targets, self.bounds, self.steps = trials, tuple(targets), tuple(bounds), steps
         self.last: dict[bytes, Trial | None] = {}
 
-    # -- what counts -----------------------------------------------------------------------------
+    # -- objective -------------------------------------------------------------------------------
     def deviations(self, trial: Trial) -> list[Array]:
         """Return deviations from each target (s, c), in its unit."""
         return [t.deviations(r[None])[0] for t, r in zip(self.targets, trial.read, strict=False)]
 
     def excesses(self, trial: Trial) -> list[Array]:
-        """Return by how much each bound is broken, (s, c), in its unit."""
+        """Return the violation of each bound, (s, c), in its unit."""
         return [b.excess(r[None])[0] for b, r in zip(self.bounds, trial.read[len(self.targets) :], strict=True)]
 
     def residual(self, trial: Trial) -> Array:
-        """Return deviations over tolerances, so that their squares add up to the sum of mean
-        squares.
+        """Return residuals whose squares add up to the sum of mean squares of deviation /
+        tolerance.
         """
         return _flat(self.deviations(trial), self.targets)
 
     def merit(self, trial: Trial) -> float:
-        """Return the objective: bounds count as targets of a hundredth of the tolerance."""
+        """Return the objective; a bound counts as a target with a hundredth of its tolerance."""
         broken = _flat([np.maximum(e, 0) for e in self.excesses(trial)], self.bounds)
         return float((self.residual(trial) ** 2).sum() + 1e4 * (broken**2).sum())
 
     def broken(self, trial: Trial) -> float:
-        """Return the largest excess of a bound, in its tolerance, 0 if all are kept."""
+        """Return the largest violation of a bound [tolerances]; 0 if all are kept."""
         return max(
             (float(e.max()) / b.tolerance for e, b in zip(self.excesses(trial), self.bounds, strict=True)), default=0.0
         )
 
     def off(self, trial: Trial) -> float:
-        """Return the largest deviation from a target, in its tolerance."""
+        """Return the largest deviation from a target [tolerances]."""
         pairs = zip(self.deviations(trial), self.targets, strict=True)
         return max(float(np.sqrt((d * d).sum(1)).max()) / t.tolerance for d, t in pairs)
 
@@ -146,8 +144,8 @@ class Search:
         return self.off(trial) <= 1 and self.broken(trial) <= KEPT
 
     def slopes(self, trial: Trial) -> tuple[Array, Array]:
-        """Return derivatives of residuals, and of excesses over tolerances, by the variables: (m,
-        k), (b, k).
+        """Return derivatives of residuals (m, k) and of excesses / tolerances (b, k) by the
+        variables.
         """
         read = self.trials.gradient(trial)
         one = [d - d.mean(0, keepdims=True) if t.offset else d for t, d in zip(self.targets, read, strict=False)]
@@ -159,15 +157,16 @@ class Search:
 
     # -- searching -------------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
-        """Return the trial at variables, made once."""
+        """Return the trial at variables u; cached."""
         key = u.tobytes()
         if key not in self.last:
             self.last = {key: self.trials.at(u)}
         return self.last[key]
 
     def run(self, trial: Trial) -> Trial:
-        """Return where a search from a trial ends: one least-squares problem, or several with
-        multipliers of bounds.
+        """Search from a trial and return the last one.
+
+        With bounds the search is a series of least-squares problems with updated multipliers.
         """
         if not self.bounds:
             return self._least(trial, np.zeros(0), 0.0)
@@ -203,7 +202,7 @@ class Search:
         def residual(u: Array) -> Array:
             one = self.at(u)
             if one is None:
-                return np.full(len(begun), np.nan)  # a step that is refused: the trust region shrinks
+                return np.full(len(begun), np.nan)  # the step is refused: the trust region shrinks
             if not weight and self.off(one) <= ENOUGH:
                 raise _Enough(one)
             return np.concatenate([self.residual(one), shifted(one)])
@@ -227,21 +226,21 @@ class Search:
         return self.at(found.x) or trial
 
     def settled(self, trial: Trial) -> Trial:
-        """Move variables next to an end of their boxes there, if that costs nothing."""
+        """Move variables near a bound of their box onto it, if the objective allows."""
         u = np.where(np.abs(trial.u) > 1 - 1e-4, np.sign(trial.u), trial.u)
         other = self.at(u) if (u != trial.u).any() else None
         return other if other and self.merit(other) <= self.merit(trial) * (1 + 1e-6) else trial
 
 
 class _Enough(Exception):
-    """All targets are met exactly."""
+    """Raised when all targets are met exactly."""
 
     def __init__(self, trial: Trial) -> None:
         self.trial = trial
 
 
 def _flat(parts: Sequence[Array], of: Sequence[Target | Bound], d_by: bool = False) -> Array:
-    """Scale parts (s, c), or derivatives (s, c, k), by tolerance and number of poses, flat."""
+    """Flatten parts (s, c), or derivatives (s, c, k), scaled by tolerance and number of poses."""
     scaled = [v / (t.tolerance * np.sqrt(len(v))) for v, t in zip(parts, of, strict=True)]
     if d_by:
         return np.concatenate([v.reshape(-1, v.shape[-1]) for v in scaled]) if scaled else np.zeros((0, 0))

@@ -1,6 +1,4 @@
-"""What a fit has to report: deviations before and after, displacements, boxes that hold it back,
-what was missed.
-"""
+"""Report of a fit: deviations before and after, displacements, active bounds of boxes, misses."""
 
 from __future__ import annotations
 
@@ -17,38 +15,38 @@ from .trials import Trial
 if TYPE_CHECKING:
     from .fit import Search
 
-#: Excess of a bound, in its tolerance, that counts as none.
+#: Largest excess of a kept bound [tolerances].
 KEPT = 1e-5
-#: A variable nearer to an end of its box than this is at the end.
+#: Largest distance of a variable at a bound of its box.
 AT_END = 1e-6
-#: Singular values, over the largest or over 1, a tolerance per box, below which a direction does
-#: nothing to any target.
+#: Singular value, relative to the largest or to 1 (a tolerance per box), below which a direction
+#: has no effect on any target.
 NOTHING = 1e-7
 
 
 class Fit:
-    """The mechanism with moved hard points, and how well it meets what was asked.
+    """Result of a fit: the mechanism with moved hard points, and its deviations.
 
     Attributes
     ----------
     mechanism : Mechanism
-        As it was given, with hard points moved.
+        The given one with moved hard points.
     success : bool
         Whether every target is met within its tolerance and every bound is kept.
     motions : tuple of Motion
-        Of `mechanism`, one for each sweep, in the order of `sweeps`.
+        Motions of `mechanism`, one for each sweep, in the order of `sweeps`.
     targets, bounds, points, held_back : pandas.DataFrame
         Largest and root mean square deviations before and after; bounds before and after;
-        displacements of the points in the boxes; ends of boxes that are reached, with what one more
-        unit of length would take off the sum of squares.  Before is NaN where the given mechanism
-        does not get through the sweeps.
+        displacements of the points in the boxes; reached ends of boxes, with the decrease of the
+        sum of squares per unit of length beyond.  Before is NaN if the given mechanism does not
+        complete the sweeps.
     undetermined : int
-        How many independent ways to move the points leave all targets as they are: of so many
-        solutions one was found.
+        Number of independent displacements without effect on any target: above 0, the solution is
+        one of many.
     refused : dict
-        How many trials counted as none, by the reason; `trials` how many were made.
+        Number of refused trials by reason; `trials` is the number of all.
     missed : tuple of str
-        What could not be reached, and where.
+        Missed targets and bounds, with their positions.
     """
 
     def __init__(self, search: Search, given: Trial | None, found: Trial) -> None:
@@ -83,7 +81,7 @@ class Fit:
 
     @cached_property
     def bounds(self) -> pd.DataFrame:
-        """Least and largest reading before and after, beside what is asked."""
+        """Least and largest reading before and after, with the bounds."""
         skip = len(self._search.targets)
         rows = []
         for k, bound in enumerate(self._search.bounds):
@@ -141,20 +139,20 @@ class Fit:
         return tuple(out)
 
     def _amount(self, size: Array, unit: str, curve: int) -> str:
-        """Return the largest deviation, and where in the sweep it is."""
+        """Return the largest deviation and its position in the sweep, as text."""
         worst, motion = int(size.argmax()), self.motions[self._search.trials.over[curve]]
         amount = f"{size[worst]:.3g} {unit}".strip()
         return f"{amount} where the drive is {motion.drive_shown[worst]:.6g} {motion.drive_unit}"
 
     def __str__(self) -> str:
-        """Return the report, a table after the other."""
+        """Return the report as consecutive tables."""
         shown = [self.targets, *([self.bounds] if self._search.bounds else []), self.points]
         shown += [self.held_back] if len(self.held_back) else []
         lines = [t.to_string(index=False, float_format=lambda v: f"{v:.4g}") for t in shown]
         return "\n\n".join([*lines, "\n".join(self.remarks())])
 
     def remarks(self) -> list[str]:
-        """Return in words what was missed, refused and left open."""
+        """Return remarks on missed targets, refused trials and undetermined displacements."""
         lines = list(self.missed) or [
             "all targets are met, all bounds kept" if self._search.bounds else "all targets are met"
         ]

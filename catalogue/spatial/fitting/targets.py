@@ -1,4 +1,4 @@
-"""What is to be met: curves read off sweeps, and bounds; what a deviation is counted."""
+"""Targets and bounds of a fit: quantities read off sweeps, with tolerances."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from ...kinematics.types import Array
 from ..jointed.elements import Link, Scalar
 from ..jointed.motion import Motion
 
-#: From a motion to a number per pose (s,), or a vector (s, k), of that pose alone.
+#: Function of a motion: a number (s,) or a vector (s, k) per pose that depends on this pose only.
 Reading = Callable[[Motion], Any]
 
 
 @dataclass(frozen=True, eq=False)
 class Sweep(Stated):
-    """A drive with its values and what is held, as for `Mechanism.sweep`."""
+    """Arguments of `Mechanism.sweep`: drive, values and held scalars."""
 
     drive: Scalar
     values: Any
@@ -34,24 +34,24 @@ class Sweep(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Target(Stated):
-    """A curve that is to be met.
+    """A target curve.
 
     Parameters
     ----------
     name : str
     reading : callable
-        From a motion to what is compared, (s,) or (s, k): ``lambda m: kinematics(m, wheel)["toe
-        [deg]"]``.
+        Function of a motion that returns the compared quantity, (s,) or (s, k): ``lambda m:
+        kinematics(m, wheel)["toe [deg]"]``.
     over : Sweep
     value : float or array-like
-        A constant, or one for each value of the drive, in the unit of the reading.
+        Target value, constant or one for each value of the drive, in the unit of the reading.
     tolerance : float
-        Deviation that counts 1, in the unit of the reading: the inverse of a weight.  Every target
-        counts by the mean square of its deviations.
+        Deviation that counts as 1, in the unit of the reading: the inverse of a weight.  The
+        objective has the mean square of the deviations.
     offset : bool
-        Whether a constant difference is free, as that of the zeros of two dials.
+        Whether a constant difference is ignored, such as a different zero.
     unit : str
-        Of the reading, for headings.
+        Unit of the reading, for headings.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Target(Stated):
         return np.asarray(off - off.mean(1, keepdims=True)) if self.offset else off
 
     def values(self, shape: tuple[int, ...]) -> Array:
-        """Return the values to be met, shape (s, k) or what gives it."""
+        """Return the target values, of a shape that broadcasts to (s, k)."""
         value = array(f"{self.name}: values", self.value, finite=True)
         if value.ndim == 1 and len(value) == shape[0]:
             value = value[:, None]
@@ -88,8 +88,9 @@ class Target(Stated):
 
 @dataclass(frozen=True, eq=False)
 class Bound(Stated):
-    """What may not be less, or more, at any pose; `tolerance` is the excess that counts as much as
-    that of a target.
+    """Limits of a reading at every pose.
+
+    `tolerance` is the excess that counts as 1, like the tolerance of a target.
     """
 
     name: str
@@ -108,18 +109,16 @@ class Bound(Stated):
             raise InvalidRequest(f"{self.name}: a bound needs least or most, and least not above most")
 
     def excess(self, read: Array) -> Array:
-        """Return by how much readings (n, s, k) break the bound, negative where they keep it; (n,
-        s, 1 or 2 k).
-        """
+        """Return the excesses (n, s, k or 2 k) of readings (n, s, k)."""
         sides = [
             side for end, side in ((self.least, self.least - read), (self.most, read - self.most)) if np.isfinite(end)
         ]
         return np.concatenate(sides, axis=2)
 
 
-# -- readings that have no formula of their own elsewhere ---------------------------------------
+# -- readings ----------------------------------------------------------------------------------
 def link_length(motion: Motion, link: str) -> Array:
-    """Return the length of a link, the same at every pose, (s,)."""
+    """Return the length of a link, repeated for every pose, (s,)."""
     instance("link", link, str)
     for x in instance("motion", motion, Motion).mechanism.elements:
         if isinstance(x, Link) and x.name == link:
@@ -129,13 +128,13 @@ def link_length(motion: Motion, link: str) -> Array:
 
 
 def off_line(points: Any, at: Any, along: Any) -> Array:
-    """Return the vectors (s, 3) from a line through `at` to points (s, 3)."""
+    """Return the shortest vectors (s, 3) from a line through `at` to points (s, 3)."""
     x, e = array("points", points, (..., 3)) - array("at", at, (3,)), _direction("along", along)
     return np.asarray(x - (x @ e)[..., None] * e / (e @ e))
 
 
 def off_circle(points: Any, centre: Any, axis: Any, radius: float) -> Array:
-    """Return distances (s, 2) of points from a circle, outwards and along its axis."""
+    """Return distances (s, 2) of points from a circle, radial and axial."""
     x, e = array("points", points, (..., 3)) - array("centre", centre, (3,)), _direction("axis", axis)
     e = e / np.sqrt(e @ e)
     height = x @ e

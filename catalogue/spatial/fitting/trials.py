@@ -1,4 +1,4 @@
-"""Mechanisms with moved hard points: swept, read and differentiated, many at once."""
+"""Sweep, read and differentiate mechanisms with moved hard points, many at once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..jointed.system import System
 from .boxes import Variables
 from .targets import Bound, Sweep, Target
 
-#: Why a trial counts as none.
+#: Reasons for the refusal of a trial.
 OTHER_ASSEMBLY = "its design pose is another assembly"
 
 
@@ -41,9 +41,7 @@ class Stacked(Motion):
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A mechanism at variables u (k,): its motions, and what targets and bounds read off them, each
-    (s, c).
-    """
+    """A mechanism at variables u (k,): motions, and readings (s, c) of targets and bounds."""
 
     u: Array
     motions: tuple[Motion, ...]
@@ -51,14 +49,14 @@ class Trial:
 
 
 class Trials:
-    """Makes trials; counts why some were refused.
+    """Make trials, and count refused ones by reason.
 
     Attributes
     ----------
     refused : Counter
-        How many trials had no motion over all sweeps, by the reason.
+        Number of trials that did not complete all sweeps, by reason.
     made : int
-        How many were made.
+        Number of all trials.
     """
 
     def __init__(self, variables: Variables, curves: Sequence[Target | Bound]) -> None:
@@ -72,11 +70,11 @@ class Trials:
 
     # -- whole sweeps ----------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
-        """Return the trial at variables (k,), or None, counted, if there is no such motion."""
+        """Return the trial at variables (k,); None, and counted, if refused."""
         return self.batch(u[None])[0]
 
     def batch(self, u: Array) -> list[Trial | None]:
-        """Return trials at variables (n, k), None where there is none."""
+        """Return trials at variables (n, k); None where refused."""
         motions, reasons = self._motions(u)
         self.made += len(u)
         self.refused.update(r for r in reasons if r)
@@ -90,7 +88,7 @@ class Trials:
         return list(zip(self.curves, self.over, strict=True))
 
     def _motions(self, u: Array) -> tuple[list[list[Motion]], list[str]]:
-        """Return motions of each mechanism over every sweep, and why there are none."""
+        """Return motions of each mechanism over every sweep, and reasons of refusals."""
         try:
             mechanism = self.variables.moved(u)
             swept = [mechanism.sweep(s.drive, s.values, s.hold) for s in self.sweeps]
@@ -98,7 +96,7 @@ class Trials:
         except (InvalidLinkage, InvalidRequest) as error:
             if len(u) == 1:
                 return [[]], [str(error)]
-            each = [self._motions(one[None]) for one in u]  # one of them spoils the batch
+            each = [self._motions(one[None]) for one in u]  # one of them makes the batch fail
             return [m for found, _ in each for m in found], [r for _, reasons in each for r in reasons]
         reasons = [""] * len(u)
         for motion, side, home in zip(swept, sides, self.side, strict=True):
@@ -115,7 +113,7 @@ class Trials:
 
     @staticmethod
     def _read(curve: Target | Bound, motion: Motion) -> Array:
-        """Return what a curve reads off a motion of one mechanism, (s, c)."""
+        """Return the reading (s, c) of a target or bound from the motion of one mechanism."""
         found = taken(motion, curve.reading, f"{curve.name}: reading")
         if found.ndim not in (1, 2) or len(found) != motion.states.shape[1]:
             raise InvalidRequest(
@@ -125,10 +123,10 @@ class Trials:
 
     # -- derivatives -----------------------------------------------------------------------------
     def gradient(self, trial: Trial) -> list[Array]:
-        """Return the derivatives of what each curve reads, (s, c, k), by the variables.
+        """Return the derivatives (s, c, k) of the readings by the variables.
 
-        Central differences of exact solutions: all displaced mechanisms are solved at once, from
-        the poses of this one.
+        Central differences of exact solutions; all displaced mechanisms are solved at once, from
+        the poses of the trial.
         """
         k = len(self.variables.half)
         step = STEP * trial.motions[0].curve.system.unit / self.variables.half
@@ -156,9 +154,7 @@ class Trials:
         return Stacked(mechanism, curve, motion.driven, motion.held, drive, states[None], ((None, None),))
 
     def _read_all(self, index: int, curve: Target | Bound, stack: Stacked, u: Array) -> Array:
-        """Return readings of all stacked poses; of each mechanism by itself where a reading is no
-        pose's alone.
-        """
+        """Return readings of all stacked poses, in one call if the reading is pointwise."""
         if index not in self.pointwise:
             self.pointwise[index] = self._is_pointwise(curve, stack, u)
         if self.pointwise[index]:
@@ -166,10 +162,12 @@ class Trials:
         return np.concatenate([self._read(curve, self._apart(stack, u, i)) for i in range(len(u))])
 
     def _is_pointwise(self, curve: Target | Bound, stack: Stacked, u: Array) -> bool:
-        """Return whether the first and last mechanism of a stack read the same alone."""
+        """Return whether first and last mechanism of a stack have equal readings if read
+        separately.
+        """
         try:
             read = self._read(curve, stack)
-        except Exception:  # what a reading by someone else cannot do with poses of many mechanisms
+        except Exception:  # a user's reading may fail on poses of many mechanisms
             return False
         parts = read.reshape(len(u), -1, read.shape[1])
         ends = [self._read(curve, self._apart(stack, u, i)) for i in (0, len(u) - 1)]
@@ -209,8 +207,9 @@ def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
 
 
 def _sides(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:
-    """Return on which side of singular poses each design pose is: the sign of its Jacobian, and its
-    size.
+    """Return sign of the determinant and size of the Jacobian in each design pose.
+
+    The sign changes at singular poses.
     """
     system: System = mechanism.system(*mechanism.couplings, *sweep.hold, sweep.drive)
     design = np.repeat(system.design[None], len(system.points), axis=0)

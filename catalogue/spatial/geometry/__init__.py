@@ -1,6 +1,6 @@
-"""Geometry: what a guide is; nothing here moves.
+"""Geometry of guides: surfaces and curves, rotations, power series.
 
-`kinds` says what a surface or a curve states of itself (`surfaces`, `curves` have six and three),
-`guides.Guides` lays those of a batch in space; a new kind is a subclass of a few lines.  `rotation`
-has quaternions, `power_series` the numbers of which derivatives are made.
+`kinds` has the base class of surfaces and curves (`surfaces`, `curves` have six and three);
+`guides.Guides` places those of a batch in space; a new kind is a subclass of a few lines.
+`rotation` has quaternions, `power_series` the series for derivatives.
 """

@@ -51,14 +51,14 @@ KINDS: dict[str, Kind] = {
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """The guides of one point of the body, of n mechanisms; of one for all if n = 1.
+    """The guides of one body point in n mechanisms; with n = 1, one guide for all.
 
     Parameters
     ----------
     kind : str, Kind, or a sequence of n of them
-        Names of `KINDS`, or kinds of one's own.
+        Names of `KINDS`, or a user's own kinds.
     parameters : array-like, shape (..., k)
-        In the order of the kind's; those beyond its number are ignored.
+        In the order of the kind's parameters; surplus ones are ignored.
     origin : array-like, shape (..., 3)
     quaternion : array-like, shape (..., 4)
         (s, x, y, z) of any length: world = origin + rotation (local).
@@ -66,8 +66,7 @@ class Guides:
     Raises
     ------
     InvalidLinkage
-        If a kind is unknown, numbers are not as many as wanted, or one is not finite or out of its
-        domain.
+        If a kind is unknown, a shape is wrong, or a number is not finite or out of its domain.
     InvalidRequest
         If a kind is neither a name nor a `Kind`.
     """
@@ -144,7 +143,7 @@ class Guides:
 
 
 def same(one: Any, changes: dict[str, Any]) -> Any:
-    """Return a copy with other arrays, unchecked: a selection of checked ones."""
+    """Return a copy with some arrays replaced, without checks."""
     other = object.__new__(type(one))
     fields = {name: getattr(one, name) for name in one.__dataclass_fields__}
     for name, value in {**fields, **changes}.items():

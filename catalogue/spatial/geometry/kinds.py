@@ -33,7 +33,7 @@ class Kind:
     parameters : tuple of str
         Names of the parameters p, in order.
     lengths : str
-        Which parameters and coordinates are lengths and grow with the mechanism, by their names.
+        Names of the parameters and coordinates that are lengths and scale with the mechanism.
     conditions : int
         1 for a surface, 2 for a curve.
     spans : tuple of float or None
@@ -43,8 +43,8 @@ class Kind:
         The chart in which w is free when u is driven, if this one is singular there (u is the same
         in both).
     bounded : bool
-        Whether the chart reaches a part only of what the implicit functions describe: the guide
-        ends there.
+        Whether the chart covers only a part of the zeros of the implicit functions: the guide has
+        an edge.
     """
 
     name: ClassVar[str]
@@ -56,11 +56,11 @@ class Kind:
     bounded: ClassVar[bool] = False
 
     def valid(self, p: Array) -> Array:
-        """Return where the parameters p (parameters, n) are in their domain, shape (n,)."""
+        """Return a mask (n,) of parameters p (parameters, n) in their domain."""
         return np.asarray((p > 0).all(0))
 
     def reaches(self, u: Array, w: Array, p: Array) -> Array:  # noqa: ARG002, other kinds are bounded
-        """Return where the chart has a point at (u, w)."""
+        """Return a mask of (u, w) in the domain of the chart."""
         return np.isfinite(u) & np.isfinite(w)
 
     def point(self, u: Any, w: Any, p: Array) -> Point:
@@ -72,13 +72,14 @@ class Kind:
         raise NotImplementedError
 
     def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
-        """Return (u, w) of points x (3, n) on the guide; w is NaN on a curve, both are NaN off the
-        chart.
+        """Return (u, w) of points x (3, n) on the guide.
+
+        w is NaN for a curve; both are NaN outside the chart.
         """
         raise NotImplementedError
 
     def apex(self, x: Array, p: Array) -> Array:  # noqa: ARG002, other kinds have one
-        """Return distances of points x (3, n) from singular points, else infinity."""
+        """Return distances of points x (3, n) from the apex; infinity if the guide has none."""
         return np.full(x.shape[1:], np.inf)
 
     def gradients(self, x: Array, p: Array) -> tuple[Array, Array]:

@@ -1,5 +1,4 @@
-"""Truncated power series that numpy's own functions work on: one formula gives a value or
-derivatives of any order.
+"""Truncated power series for numpy functions: a formula gives values or derivatives.
 
 A formula written with ``np.sin``, ``np.sqrt``, ``+``, ``*`` ... takes arrays and `Taylor` alike.
 The recurrences are the usual ones (Griewank and Walther, Evaluating Derivatives, ch. 13): each
@@ -52,7 +51,7 @@ def _divide(x: Any, y: Any) -> Taylor:
 
 
 def _like(x: Any, y: Taylor) -> Array:
-    """Return the coefficients of x, a constant or a series."""
+    """Return the coefficients of x, a constant or a series, with the shape of y."""
     if isinstance(x, Taylor):
         return x.c
     c = np.zeros((len(y.c), *np.broadcast_shapes(np.shape(x), y.c.shape[1:])))

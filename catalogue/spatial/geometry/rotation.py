@@ -25,7 +25,10 @@ def turning(q: Array, turn: Array) -> Array:
 
 
 def turned(q: Array, turn: Array) -> Array:
-    """Return q followed by Cayley's rotation of ``turn`` (3, n), to second order its angle."""
+    """Return q followed by the Cayley rotation of ``turn`` (3, n).
+
+    To second order ``turn`` is the rotation vector [rad].
+    """
     out = q + turning(q, turn)
     return np.asarray(out / np.sqrt((out * out).sum(0)))
 

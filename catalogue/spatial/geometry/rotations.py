@@ -1,4 +1,4 @@
-"""Rotations as they are asked for from without: `rotation`, of checked arrays."""
+"""Rotations for users: the functions of `rotation`, with checked arrays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def matrix(q: Any) -> Array:
     Raises
     ------
     InvalidRequest
-        If q is no such array.
+        If q has a wrong shape or is not numeric.
     """
     return rotation.matrix(array("q", q, (4, ...)))
 
@@ -26,6 +26,6 @@ def quaternion(r: Any) -> Array:
     Raises
     ------
     InvalidRequest
-        If r is no such array.
+        If r has a wrong shape or is not numeric.
     """
     return rotation.quaternion(array("r", r, (3, 3, None), (3, 3, 0)))

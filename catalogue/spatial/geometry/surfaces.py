@@ -36,8 +36,9 @@ class Cylinder(Revolved, Quadric):
 
 
 class Cone(Revolved, Quadric):
-    """Angle delta between axis and generator [rad]; w is the distance from the axis, negative on
-    the lower nappe.
+    """Cone with angle delta between axis and generator [rad].
+
+    w is the distance from the axis, negative on the lower nappe.
     """
 
     name = "cone"
@@ -108,8 +109,9 @@ class HyperboloidAxial(_Hyperboloid):
 
 
 class HyperboloidRuled(_Hyperboloid):
-    """One sheet by its straight generators: u is the azimuth where they cross the waist, n w the
-    axial coordinate.
+    """One sheet by its straight generators.
+
+    u is the azimuth of a generator at the waist, n w the axial coordinate.
     """
 
     name = "hyperboloid:ruled"
@@ -128,8 +130,9 @@ class HyperboloidRuled(_Hyperboloid):
 
 
 class Hyperboloid(_Hyperboloid):
-    """One sheet, the half Z >= 0, as in Table I: w >= m is the distance from the axis; singular at
-    the waist.
+    """Half Z >= 0 of one sheet, as in Table I: w >= m is the distance from the axis.
+
+    The chart is singular at the waist.
     """
 
     name = "hyperboloid"
@@ -153,11 +156,12 @@ class Hyperboloid(_Hyperboloid):
 
 
 class Torus(Revolved):
-    """Circle of radius r, its centre at distance p from the axis; u around, w from the top of the
-    circle outwards.
+    """Circle of radius r with its centre at distance p from the axis.
+
+    u is the azimuth, w the angle from the top of the circle outwards.
 
     The implicit function is the quartic over 8 p r, as the product of  (s - p)^2 + Z^2 - r^2  and
-    (s + p)^2 + Z^2 - r^2,  s the distance from the axis: so no digit is lost as r tends to p.
+    (s + p)^2 + Z^2 - r^2,  s the distance from the axis: no digits are lost as r tends to p.
     """
 
     name = "torus"
@@ -237,8 +241,9 @@ class Sphere(SphereZ):
 
 
 class Plane(Revolved, Quadric):
-    """Z = 0 in polar coordinates, as in Table I: w along the ray at the angle u, negative beyond
-    the origin.
+    """Z = 0 in polar coordinates, as in Table I: angle u, distance w.
+
+    w is negative beyond the origin.
     """
 
     name = "plane"
