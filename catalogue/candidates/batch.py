@@ -38,16 +38,16 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 class Origin(Rows):
     """Ancestors of n candidates, in their design positions; arrays of shape (n,)."""
 
-    id: Integers  # of the stored guide; -1 where there is none
+    id: Integers  # number of the stored guide; -1 without one
     family: Array
     series: Array
     configuration: Array
-    order: Integers  # of contact, 99 if exact
-    cognate: Integers  # 0, or which of the two cognates of the ancestor it is
+    order: Integers  # order of contact; 99 if exact
+    cognate: Integers  # 0 for the ancestor itself, 1 or 2 for its cognates
 
     @classmethod
     def made(cls, linkage: Linkage, series: str, order: Array | int = 2) -> Origin:
-        """Return the origin of linkages that were made, not stored."""
+        """Return the origin of synthesised linkages."""
         n = len(linkage)
         code, blank = (np.full(n, text, dtype=object) for text in (series, ""))
         orders, zero = np.broadcast_to(order, n).copy(), np.zeros(n, int)
@@ -193,14 +193,14 @@ def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes:
 
 
 def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCurve, traced: Traced) -> CandidateBatch:
-    """Measure traced guides in mid-stroke: all that the problem bounds or ranks."""
+    """Measure traced guides in mid-stroke: all quantities that the problem bounds or ranks."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
     allowance, expected = np.full(len(guides), np.nan), traced.fit.deviation.astype(float)
     if problem.needs_allowance:
         zone = Zone(*problem.zone)
         allowance = allowances(problem.deviation, guides, traced, zone, rough=True)
-        if wanted.min_allowance is not None:  # decide by the value that is shown
+        if wanted.min_allowance is not None:  # decide by the value shown to users
             away = np.abs(allowance / wanted.min_allowance - 1)
             close = np.flatnonzero((expected <= problem.deviation) & (away < ROUGH_WITHIN[zone.free]))
             allowance[close] = _shown_allowances(problem, guides[close], traced[close])
@@ -211,13 +211,13 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
 
 
 def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Measure allowances and expected deviations to the digits that are shown."""
+    """Measure allowances and expected deviations with the accuracy of displayed values."""
     allowance = _shown_allowances(problem, found.curve, found.traced)
     return replace(found, allowance=allowance, expected=_shown_expectations(problem, found))
 
 
 def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Measure allowances and expected deviations as shown where they are bounded or ranked."""
+    """Measure allowances and expected deviations accurately, if bounded or ranked."""
     if problem.needs_allowance:
         return with_allowance(problem, found)
     if problem.constraints.play:

@@ -97,7 +97,7 @@ class Feasibility:
 
 
 def weight(name: str, relaxed: str = "") -> float:
-    """Return the weight of a violation in the total; `relaxed` names a constraint to give way."""
+    """Return the weight of a violation in the total; `relaxed` names a relaxed constraint."""
     return WEIGHTS.relaxed if name == relaxed else WEIGHTS.deviation if name == "deviation" and not relaxed else 1.0
 
 
@@ -130,12 +130,12 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def in_costs(row: Bound, value: Floats) -> Floats:
-    """Return a measure with the value in costs of guides that have none."""
+    """Replace missing values of a measure by the one that costs assume."""
     return value if row.absent is None else np.nan_to_num(value, nan=row.absent)
 
 
 def bounded(problem: Problem, found: CandidateBatch, row: Bound) -> Floats:
-    """Return the measure of candidates that a bound is on, shape (n,) [strokes, deg]."""
+    """Return the measure to which a bound applies, shape (n,) [strokes, deg]."""
     m = found.measures
     if row.source == MEASURES:
         return np.asarray(getattr(m, row.measure))
@@ -153,7 +153,7 @@ def bounded(problem: Problem, found: CandidateBatch, row: Bound) -> Floats:
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
     """Return the least transmission angles that are ranked, shape (n,) [deg].
 
-    They are taken over the stroke, or over the turn if the crank must turn fully: then 0 where it
+    They are the minima over the stroke or, if the crank must turn fully, over the turn; 0 where it
     does not.
     """
     over_stroke, driver = found.measures.min_transmission, found.measures.driver
@@ -249,7 +249,7 @@ def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
 
 
 def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT_GRID.intervals) -> dict[str, Floats]:
-    """Compute how far links leave the region or enter keep-out zones, negative inside."""
+    """Compute the distances by which links leave the region or enter keep-out zones."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
         poses, built = SampledPoses.of(found.curve, found.traced, nodes, inverse=wanted.slots), machine(problem, found)
@@ -267,7 +267,7 @@ def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT
 
 
 def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> dict[str, Floats]:
-    """Compute how far pivots, rails and slots lie outside their regions, by region, shape (n,).
+    """Compute distances of pivots, rails and slots outside their regions, by region, (n,).
 
     `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; pivots at infinity
     are exempt.
@@ -305,7 +305,7 @@ def _outside(region: Region, z: Complexes) -> Floats:
 
 
 def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
-    """Compute how far rails and slots leave a concave region between their ends, shape (n,)."""
+    """Compute the distances by which rails and slots leave a concave region, (n,)."""
     ends = _ends_within(name, linkage, slides)
     out = np.zeros(ends.shape[:2])
     there = np.isfinite(ends).all(axis=-1)

@@ -1,15 +1,14 @@
-"""Selection of answers: the best that are unlike each other.
+"""Select answers: the best ones that differ from each other.
 
 The number of answers of one series is limited as long as other series have any.  Several criteria
 give Pareto fronts, one after the other, each spread over its range.
 
-Likeness is that of designs, whatever their scale, placement and mirror image. A candidate is placed
-so that its path runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of
-the path and across its middle (an arc only across), and to have its dyads exchanged. A pivot is
-taken as the line to it from an eye one stroke above the middle of the path, and two pivots are as
-far apart as the sine of the angle of their lines. This is a metric, 0 to 1, in which a pivot at
-infinity is as good as any: near the path it is the distance over the stroke, far away that of the
-directions.
+The distance of two designs does not depend on scale, placement and mirror image. A candidate is
+placed so that its path runs from (0, 0) to (stroke, 0); it may still be mirrored in the line of the
+path and across its middle (an arc only across), and its dyads may be exchanged. A pivot is
+represented by the line to it from an eye one stroke above the middle of the path; the distance of
+two pivots is the sine of the angle between their lines. This is a metric, 0 to 1, also for pivots
+at infinity: near the path it is the distance over the stroke, far away that of the directions.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
 
 
 def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
-    """Return all views of designs, unit vectors (m, k, 3), that count as one design.
+    """Return all equivalent views of designs, unit vectors (m, k, 3).
 
     The views are those from the other side, with `mirror` also those mirrored in the path, and
     those with the dyads exchanged; shape (k, 3, m * views).
@@ -70,7 +69,7 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     step = max(1, SELECTION.block // max(len(some), 1))
     for start in range(0, len(others), step):
         part = others[start : start + step].transpose(1, 0, 2)
-        # cosine of the pivot farthest off
+        # cosine of the pivot with the largest distance
         cosine = np.abs(part @ poses).min(axis=0).reshape(part.shape[1], len(some), -1)
         found[:, start : start + step] = np.sqrt(np.maximum(1 - cosine.max(axis=-1).T ** 2, 0.0))
     return found
@@ -91,7 +90,7 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
     Parameters
     ----------
     merit : ndarray, shape (n,)
-        Less is better; designs with infinite or NaN merit are left out.
+        Cost to minimise; designs with infinite or NaN merit are omitted.
     count : int
         Largest number.
     mirror : bool
@@ -158,12 +157,12 @@ def ranks(*keys: Array) -> Indices:
 
 
 def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Integers]:
-    """Select the requested number of feasible candidates, best first, fewest faults first.
+    """Select the requested number of feasible candidates, by faults and cost or by front.
 
     Returns
     -------
     CandidateBatch, ndarray of int
-        The selected ones, and their Pareto fronts, from 1; 0 without fronts.
+        Selected candidates, and the numbers of their Pareto fronts, from 1; 0 without fronts.
     """
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
@@ -182,7 +181,7 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
 def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
     """Select the first entries of an order, each unlike the others.
 
-    Up to the requested number, and few of one series while others have entries.
+    At most the requested number is selected, and few of one series while others have entries.
     """
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, SELECTION.identical)
