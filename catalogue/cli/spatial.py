@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..spatial.jointed.job import Job
     from ..spatial.jointed.motion import Motion
 
-#: Files that lack only hard points.
+#: Folder of templates: files that lack only hard points.
 TEMPLATES = folder("data") / "spatial" / "templates"
 #: Value over the largest one of its column below which it is shown as 0.
 ROUNDING = 1e-12
@@ -325,7 +325,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
 
 
 def _chosen(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
-    """Select the drives and columns, by names or parts of headings; all without any."""
+    """Select the drives, and columns by names or parts of headings; by default all columns."""
     if columns is None:
         return table
     wanted: set[str] = set()

@@ -48,7 +48,7 @@ class _Output(click.Path):
 
 
 def _same(file: Path) -> str:
-    """Normalise the name of a file for comparison."""
+    """Normalise a file name, so that equal files have equal names."""
     return os.path.normcase(os.path.abspath(file))  # noqa: PTH100  # resolves `..` but follows no link
 
 
