@@ -1,4 +1,4 @@
-"""What a search of a collection aims for: bounds on metrics, what is ranked, regions."""
+"""Goal of a search in a collection: bounds on metrics, ranked metric, regions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Bound:
-    """A metric between two numbers; `scale` is its stored unit in that of the user."""
+    """Bounds of a metric; `scale` converts stored values to the user's unit."""
 
     name: str
     low: float
@@ -33,7 +33,7 @@ class Bound:
 
 @dataclass(frozen=True)
 class Goal:
-    """What refined mechanisms should be.
+    """Requirements on refined mechanisms.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class Goal:
         ``deviation``, or a metric.
     bounds : sequence of Bound
     outside : callable, optional
-        Tells how far the places of n mechanisms, in strokes, leave their regions, (n,); negative
-        inside. The path runs from 0 to 1; of mechanisms that keep their scale and place, places are
-        in the frame of their family.
+        Function from the places of n mechanisms [strokes] to their distances outside the regions,
+        (n,), negative inside. The path runs from 0 to 1; mechanisms that keep their scale and place
+        have places in the frame of their family.
     """
 
     rank_by: str = "deviation"

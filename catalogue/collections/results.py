@@ -22,12 +22,12 @@ class CollectionCandidate:
     Attributes
     ----------
     id : int
-        Number of the stored specimen; 0 of one made for the request.
+        Number of the stored specimen; 0 for one made for the request.
     family, series, configuration : str
     special : tuple of str
-        Well-known cases that it is one of.
+        Names of the well-known cases to which it belongs.
     stroke, deviation : float
-        Deviation from the line or circle on the finite motion over the stroke [length].
+        Stroke, and deviation from the line or circle over it on the finite motion [length].
     radius : float or None
         Radius of the circle; None for a straight line.
     metrics : dict
@@ -35,12 +35,13 @@ class CollectionCandidate:
     parameters : mapping
         All parameters of the mechanism, placed along +x from the origin.
     unit : str or None
-        Unit of all lengths: mm, cm, m, in or ft; None if it is not known.
+        Unit of all lengths: mm, cm, m, in or ft; None if unknown.
     start, along : (float, float), float
         Start [length] and direction [deg] of the path of a planar mechanism; its parameters
         describe it with the path along +x from the origin.
     reverse, over : bool
-        Whether a planar mechanism is mirrored at mid-path; in the line of the path.
+        Whether a planar mechanism is mirrored across the middle of the path, in the line of the
+        path.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""What a collection is: a kind of mechanisms other than linkages of two dyads, that guides points.
+"""Definition of a collection: mechanisms that guide points, other than linkages of two dyads.
 
 How to write a plugin that adds a collection:
 
@@ -62,9 +62,9 @@ class Metric:
     unit : str
         `LENGTH`, or any other text ("deg", "1").
     more : bool
-        Whether more of it is better.
+        Whether larger values are better.
     minor : bool
-        Whether tables leave it out unless it is bounded or ranked by.
+        Whether tables omit it unless it is bounded or ranked.
     """
 
     meaning: str
@@ -84,15 +84,15 @@ class Specimen:
     kind : str
         ``line`` or ``circle``.
     deviation : float
-        Deviation of the guided path from the nominal, over the stroke.
+        Deviation of the guided path from the nominal [strokes].
     parameters : mapping
     metrics : mapping
-        All that the collection declares; lengths over the stroke.
+        Values of all declared metrics; lengths in strokes.
 
     Raises
     ------
     PluginError
-        If a tag is blank, a number is not finite, or the parameters are not what JSON can hold.
+        If a tag is blank, a number is not finite, or the parameters cannot be stored as JSON.
     """
 
     family: str
@@ -149,7 +149,7 @@ class Measured:
         Largest distance from the path; from the best-placed arc of the radius where one is given.
         NaN if the mechanism cannot be placed [length].
     radius : float or None
-        Radius of that arc: the given one, else that of the best arc; None for a line [length].
+        Radius of the arc, given or fitted; None for a line [length].
     metrics : mapping
         Values by the names of the metrics, lengths in the user's unit.
     parameters : mapping
@@ -194,7 +194,7 @@ Mechanism = Callable[["CollectionCandidate"], tuple[Mapping[str, Any], tuple[flo
 
 @dataclass(frozen=True)
 class Collection:
-    """A whole kind of mechanism: data and four functions.
+    """A kind of mechanisms: data and four functions.
 
     Parameters
     ----------
@@ -217,9 +217,8 @@ class Collection:
         Names that `classify` gives to well-known cases, each with the configurations that they may
         have, ``*`` for any text: others are left out before any is classified.
     refine : callable, optional
-        Takes parameters of placed mechanisms, a request and a `Goal`; returns parameters of
-        mechanisms near them that suit these better, or None, in the same order. They are then
-        measured and checked.
+        Takes parameters of placed mechanisms, a request and a `Goal`; returns for each the
+        parameters of a better mechanism nearby, or None. They are then measured and checked.
     starts : callable, optional
         Takes four-bars that answer a request, and the request; returns parameters of mechanisms
         made of them. The four-bars are pivots (n, 2, 2, 3), for each crank the fixed and the moving
@@ -233,11 +232,11 @@ class Collection:
     pinned : sequence of str, optional
         Families whose joints are all pins; None if that is not known.
     near : int
-        How many stored specimens of each family `refine` takes where they do not suffice.
+        Number of stored specimens of each family that `refine` starts from if they do not suffice.
     specimens : int
-        How many are drawn on first use, in all.
+        Number of specimens sampled on first use.
     block : int
-        Mechanisms that are drawn together.
+        Number of mechanisms sampled at once.
 
     Raises
     ------
