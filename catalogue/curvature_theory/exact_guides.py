@@ -85,7 +85,7 @@ def stays(
             far, most = (np.fmax.reduce(values, axis=0) for values in (np.sqrt(square), away))
             ways.append(np.where(good, np.nan_to_num(far), 0.0))
             kept.append(most <= FINITE.rounding * far)
-    # one chart is enough: another may continue in the other branch beyond a change point
+    # one chart suffices: another one may follow the other branch beyond a change point
     carried = np.stack(ways)
     return np.asarray(((carried > FINITE.far * carried.max(0)) & kept).any(0))
 
