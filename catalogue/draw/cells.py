@@ -73,7 +73,7 @@ class _Sampled:
 
 
 def cells(series: Series) -> list[Cell]:
-    """Sample a cell of each family and configuration of a series, then of special members.
+    """Sample one cell for each family and configuration of a series, then for special members.
 
     Raises
     ------

@@ -42,9 +42,9 @@ class ChainPoses:
     time : ndarray, shape (m,)
         Times of the poses, from 0 to 1.
     middle : int
-        Index of the pose nearest to that of a still.
+        Index of the pose nearest to the given position, for a still.
     closed : bool
-        Whether the last pose is the first again.
+        Whether the last pose equals the first.
     """
 
     at: BarPoses
@@ -118,7 +118,7 @@ def _motion(guide: OwnChain, *, turn: bool = False) -> tuple[Samples, float, boo
 def _poses_at(
     guide: OwnChain, samples: Samples, share: Floats, time: Floats, home: float, *, closed: bool
 ) -> ChainPoses:
-    """Compute the poses at shares of a motion; that at phase `home` [rad] is for a still."""
+    """Compute the poses at fractions of a motion; a still shows the one at phase `home` [rad]."""
     phases = samples.rows(share)
     at, point = guide.circuit.poses(phases[:, None]), guide.read.point
     with np.errstate(all="ignore"):

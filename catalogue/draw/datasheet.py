@@ -37,16 +37,16 @@ EXACT_ORDER = 99
 
 @dataclass(frozen=True)
 class Room:
-    """Room for tables.
+    """Space for tables on a data sheet.
 
     Attributes
     ----------
     letters : int
-        Most letters of a name.
+        Largest number of letters of a name.
     lines : int
-        Lines of a table beside which the drawing keeps its height.
+        Number of lines of a table up to which the drawing keeps its height.
     drawing : float
-        Least height of the drawing beside longer ones [mm].
+        Least height of the drawing above longer tables [mm].
     """
 
     letters: int = 28
@@ -83,7 +83,7 @@ class Content:
 
     @property
     def lines(self) -> int:
-        """Lines of the longest table, of its columns' names too."""
+        """Number of lines of the longest table, including its heading."""
         return max(len(table.rows) + any(table.columns) for table in (self.lengths, self.pivots, self.limits))
 
 
@@ -136,13 +136,13 @@ def _of_bars(one: OwnChain, code: str, unit: str) -> Content:
 
 
 def _short(name: str) -> str:
-    """Leave out the middle of a name that is longer than a cell."""
+    """Shorten a name that is longer than a cell, by omitting its middle."""
     half = ROOM.letters // 2
     return name if len(name) <= ROOM.letters else f"{name[: half - 1]}…{name[-half:]}"
 
 
 def _limits_of_bars(one: OwnChain, unit: str) -> list[tuple[str, ...]]:
-    """List drive, and of a stretch what was measured over it."""
+    """List the drive and, for a stretch, its measures."""
     structure = one.chain.structure
 
     def driven(value: float) -> str:

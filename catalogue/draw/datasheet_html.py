@@ -25,7 +25,7 @@ class HtmlSheet(NamedTuple):
     """Layout of the data sheet as a page [mm]."""
 
     margin: float = 14.0  #: margin of the paper
-    below: float = 182.0  #: height of all below the drawing
+    below: float = 182.0  #: height of the part below the drawing
     point: float = 0.36  #: size of a point of the symbols
 
 

@@ -30,7 +30,7 @@ class PdfSheet(NamedTuple):
 
     margin: float = 14.0  #: margin of the page
     title: float = 31.0  #: foot of the title
-    below: float = 158.0  #: height of all below the drawing
+    below: float = 158.0  #: height of the part below the drawing
     line: float = 4.1  #: height of a line of a table
     border: float = 9.0  #: margin within the drawing
     curves: float = 20.0  #: height of a curve

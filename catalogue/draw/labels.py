@@ -33,7 +33,7 @@ class Labels:
     pen: Pen
     centre: complex
     half: float  #: half the side of the square
-    point: float  #: length in the drawing of a true point on paper, whatever the scale of the pen's symbols
+    point: float  #: length of a point of paper in the drawing, independent of the scale of symbols
     _places: list[Array] = field(default_factory=list)
     _weights: list[Floats] = field(default_factory=list)
 
@@ -57,7 +57,7 @@ class Labels:
         self._weights.append(np.full(len(z), weight))
 
     def out(self, z: Complexes) -> Floats:
-        """Return how far points z are outside the square, negative inside."""
+        """Return the distances of points z from the square, negative inside."""
         off = z - self.centre
         return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half
 

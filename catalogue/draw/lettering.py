@@ -98,7 +98,7 @@ def _fit(text: Text, width: float) -> None:
 
 
 def _numbers(cell: Cell) -> str:
-    """Format the free parameters; parameters of the cubics replace namesakes."""
+    """Format the free parameters; the parameters of the cubics replace those of equal name."""
     at = cell.curvature
     if at.state[0] == PARALLEL:
         more = {"k": at.k[0], "k_star": at.k_star[0]}

@@ -83,7 +83,7 @@ def _coupler(shown: Poses) -> Body:
 
 
 def _beyond(ends: Complexes, foot: complex) -> Complexes:
-    """Return by how much the ends of a slide's line are drawn past its block [pt]."""
+    """Return the lengths of a slide's line beyond its block, at both ends [pt]."""
     along = ends[1] - ends[0]
     if along == 0:
         return np.zeros(2, complex)

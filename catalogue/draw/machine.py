@@ -19,7 +19,7 @@ from .symbols import BLOCK
 
 
 class LineKind(StrEnum):
-    """Kinds of lines: paths of guided and further points, and what surrounds them."""
+    """Kinds of lines: paths of guided and further points, and arcs of cranks."""
 
     PATH = "path"  #: path of the guided point
     TRACE = "trace"  #: path of a further point of the coupler
@@ -38,7 +38,7 @@ class JointKind(StrEnum):
 
 
 class Role(StrEnum):
-    """What a link is in its machine."""
+    """Role of a link in its machine."""
 
     CRANK = "crank"
     DRIVER = "driver"
@@ -57,9 +57,9 @@ class Plate(NamedTuple):
     corners : complex ndarray, shape (k,)
         Corners in the body's frame [length].
     beyond : complex ndarray, shape (k,), optional
-        By how much each corner is drawn farther out, for a block that runs past it [pt].
+        Outward displacement of each corner in a drawing, for a block that runs past it [pt].
     is_slim : bool
-        Whether it is as slim as the line along which a slide runs.
+        Whether it is drawn as slim as the line of a slide.
     """
 
     name: str
@@ -69,7 +69,7 @@ class Plate(NamedTuple):
     is_slim: bool = False
 
     def drawn(self, point: float) -> Complexes:
-        """Return the corners to draw, for a length of a point [length]."""
+        """Return the corners to draw, where `point` is the length of a point of paper [length]."""
         return self.corners if self.beyond is None else self.corners + point * self.beyond
 
 
@@ -94,7 +94,7 @@ class Wheel(NamedTuple):
 
 
 class Label(NamedTuple):
-    """Name of a joint: of its element, plain, in matplotlib's notation, and whether it is fixed."""
+    """Name of a joint: of its SVG element, plain, in matplotlib's notation; whether it is fixed."""
 
     name: str
     text: str
@@ -164,7 +164,7 @@ class Rail(NamedTuple):
     side: complex
 
     def drawn(self, point: float) -> Complexes:
-        """Return the ends to draw, beside the block, for a length of a point [length]."""
+        """Return the ends to draw, beside the block; `point` is a point of paper [length]."""
         way = self.ends[1] - self.ends[0]
         # a slider that hardly moves has no direction of its own
         along = 1j * self.side * (-1 if (way * np.conj(1j * self.side)).real < 0 else 1)
@@ -189,7 +189,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine in m poses, with what surrounds it.
+    """A machine in m poses, with its supports and lines.
 
     Attributes
     ----------
@@ -197,13 +197,13 @@ class Machine:
         From the back to the front.
     supports : tuple of Bearing, Rail or Wheel
     lines : tuple of Line
-        Among them the path of the guided point.
+        Lines, including the path of the guided point.
     middle : int
         Index of the pose of a still.
     drive : Drive, optional
         None without a driving crank.
     ghosts : dict of str to int
-        Names of the poses that a still shows faintly, with their indices.
+        Names and indices of the poses that a still shows as ghosts.
     """
 
     bodies: tuple[Body, ...]
@@ -251,6 +251,6 @@ class Machine:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """x0, y0, x1, y1 of everything [length]."""
+        """Bounding box x0, y0, x1, y1 of all places [length]."""
         z = self.extent
         return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())

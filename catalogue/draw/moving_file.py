@@ -37,7 +37,7 @@ class MovingSheet(NamedTuple):
     head: float = 19.0  #: height of the title, with one line of facts
     letter: float = 1.9  #: mean width of a letter of the facts
     series_letter: float = 4.6  #: mean width of a letter of the name
-    family_letter: float = 2.9  #: mean width of a letter of the family
+    family_letter: float = 2.9  #: mean width of a letter of the family's name
     line: float = 4.6  #: height of a line of text
     scale_bar: float = 11.0  #: height of the scale bar
     controls: float = 8.0  #: height of a row of controls

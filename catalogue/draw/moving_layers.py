@@ -77,7 +77,7 @@ class Layers:
 
     @property
     def _of_two_dyads(self) -> PlacedGuide:
-        """The guide of layers that many bars do not have."""
+        """The guide, for layers that exist only for linkages of two dyads."""
         return cast("PlacedGuide", self.guide)
 
     def _pole(self) -> Markup:
@@ -183,7 +183,7 @@ class Layers:
 
     @property
     def _origin(self) -> complex:
-        """Coupler point by whose motion the layer is carried, in the given position."""
+        """Coupler point that carries the layer, in the given position."""
         return complex(self.shown.home[self.shown.origin])
 
     def _linkages(self) -> Linkage:
@@ -205,11 +205,11 @@ class Layers:
         return np.where(finite, pole, np.nan), np.where(finite, diameter, np.nan)
 
     def _seen(self, seen: Mask) -> dict[str, str]:
-        """Return the opacity in a still of an element that only some poses show."""
+        """Return the opacity of an element in a still; `seen` marks the poses that show it."""
         return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
 
     def _blinking(self, seen: Mask) -> Markup:
-        """Return the animation that hides an element in poses without it."""
+        """Return the animation that hides an element in poses outside the mask `seen`."""
         return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
 
     def _carried(self, *content: str) -> Markup:

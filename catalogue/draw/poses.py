@@ -62,7 +62,7 @@ class Poses:
     traces: dict[str, Complexes]  #: paths of further coupler points by name, shape (p,) each
     traced: dict[str, complex]  #: positions of these points in the given position
     driver: int  #: number of the driving crank; 0: the coupler
-    closed: bool  #: whether the last pose is the first again
+    closed: bool  #: whether the last pose equals the first
     joint: Complexes | None = None  #: joints of rod and rocker of a dwell, shape (m,)
     pivot: complex = complex("nan")  #: fixed pivot of its rocker
 
@@ -87,7 +87,7 @@ class Poses:
         return np.asarray(self.guided[:, None] + np.exp(1j * self.turn[:, None]) * (np.ravel(z) - self.home[2]))
 
     def at_home(self, z: Complexes) -> Complexes:
-        """Return the coupler points at the places z in the poses, both of shape (m,)."""
+        """Convert places z, one in each pose, to coupler points in the given position, (m,)."""
         return np.asarray(self.home[2] + np.exp(-1j * self.turn) * (z - self.guided))
 
 
@@ -135,7 +135,7 @@ def still_poses(guide: PlacedGuide) -> Poses:
 
 
 def shares_and_times(samples: Samples, count: int | None, *, closed: bool, error: float) -> tuple[Floats, Floats]:
-    """Choose shares of a motion for its poses, and their times, from 0 to 1.
+    """Choose the fractions of a motion for its poses, and their times, from 0 to 1.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def shares_and_times(samples: Samples, count: int | None, *, closed: bool, error
 
 
 def still_shares(samples: Samples, home: float, *, closed: bool) -> Floats:
-    """Return shares of a motion for a still, around its phase `home` [rad].
+    """Return fractions of a motion for a still, around its phase `home` [rad].
 
     On a closed circuit they begin and end there.
     """
@@ -164,12 +164,12 @@ def still_shares(samples: Samples, home: float, *, closed: bool) -> Floats:
 
 
 def poses_at(guide: PlacedGuide, run: Run, share: Floats, time: Floats) -> Poses:
-    """Compute the poses at shares of a run.
+    """Compute the poses at fractions of a run.
 
     Raises
     ------
     InvalidRequest
-        If the linkage does not lead its guided point over all of it.
+        If the linkage does not guide its point over the whole run.
     """
     linkage, moved = guide.linkage, run.motion(run.samples.rows(share), getattr(guide, "driver", None))
     kinds, z, along = linkage.dyads[0], linkage.points[0], run.polyline()
@@ -227,7 +227,7 @@ def _slides(
 def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, complex]:
     """Return the joints (m,) of a dwell for guided points (m,), and the rocker's pivot.
 
-    For another guide they are None and NaN.
+    None and NaN for a guide that is no dwell.
     """
     if not is_dwell(guide):
         return None, complex("nan")

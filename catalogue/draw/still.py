@@ -69,7 +69,7 @@ def _sweeps(shown: Machine) -> list[Line]:
 
 
 def _around(candidate: Candidate) -> list[Line]:
-    """Return the path over the turn of a crank that turns fully, and beyond the stroke."""
+    """Return the path beyond both ends of the stroke and, if any, over a full turn."""
     frame, lines = candidate.frame, []
     if candidate.driver in candidate.rotates:
         whole = candidate.run(whole=True)

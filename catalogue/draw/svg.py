@@ -118,14 +118,14 @@ class Clock:
     seconds : float
         Duration of a period [s].
     closed : bool
-        Whether the motion is a cycle, whose last pose is the first again; else it runs to and fro.
+        Whether the motion is a cycle, whose last pose equals the first; else it runs to and fro.
     middle : int
         Index of the pose to draw where animation is not supported.
     still : bool
         Whether the drawing shows this pose alone.
     time : ndarray, shape (m,), optional
-        Times of the poses over a period, or over the way forth of a motion to and fro, from 0 to 1;
-        by default evenly spaced.
+        Times of the poses, from 0 to 1: over a period, or over the first half of a motion to and
+        fro; evenly spaced by default.
     """
 
     seconds: float

@@ -50,7 +50,7 @@ def svg_names(shown: Machine, frame: Frame, clock: Clock) -> Markup:
 
 
 def _body(body: Body, frame: Frame, clock: Clock) -> Markup:
-    """Return a body, which moves as it is: nothing of it is drawn anew."""
+    """Return a body, animated as a rigid group."""
     parts = [_shape(shape, frame) for shape in body.shapes]
     parts += [part for joint in body.joints for part in _joint(joint, frame)]
     inner = join(parts)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..guides.chain_stretch import ChainStretch
     from ..guides.kinds import Guide
 
-#: Deviation below which a guide counts as exact [strokes]: it is rounding.
+#: Largest deviation of an exact guide, by rounding [strokes].
 EXACT_DEVIATION = 1e-12
 #: Digits and sign of an exponent.
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
