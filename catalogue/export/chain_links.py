@@ -2,8 +2,8 @@
 
 A bar is a plate with a hole at each joint.  Where one bar slides along another there is a block in
 a slot: the slider itself if it has one joint, else a block on the slider's first joint.  Wheels are
-plates like other bars, drawn with their pitch circles; the parts that keep bars parallel are left
-out.
+plates like other bars, drawn with their pitch circles; the parts that keep bars parallel are
+omitted.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def chain_placed_over(one: Chain, links: Links, count: int) -> Places:
 
 
 def _block_name(structure: Structure, slider: str) -> str:
-    """Return the name of the block on a slider: that of the slider if it has no other part."""
+    """Return the name of the block on a slider; the slider's own if it has no other part."""
     joints = structure.bars[structure.number(slider)][1]
     runs = sum(slider in slide.ends for slide in structure.slides)
     return slider if len(joints) == 1 and runs == 1 else f"{slider} block"
@@ -101,7 +101,7 @@ def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, fl
 
 
 def _apart(holes: dict[str, complex], size: float) -> dict[str, complex]:
-    """Keep one of several holes that coincide."""
+    """Drop all but one of coincident holes."""
     kept: dict[str, complex] = {}
     for name, z in holes.items():
         if all(abs(z - other) > SAME * size for other in kept.values()):

@@ -123,7 +123,7 @@ def macro(guide: Guide, options: Options) -> str:
 
 
 def _told(links: Links) -> tuple[list[complex], list[float]]:
-    """Return the points of the path, and the parameters of the spline there."""
+    """Return the points of the path, and the parameters of its spline at them."""
     return links.path.tolist(), links.knots.tolist()
 
 

@@ -31,9 +31,9 @@ class Levels:
     Attributes
     ----------
     of : mapping of str to int
-        Level by the name of the link, 0 for the frame.
+        Level of each link by name; 0 for the frame.
     crossed : tuple of (str, str)
-        Pins, by the name of the pivot, with the link that each meets between the levels it joins.
+        Pairs of a pin, named by its pivot, and a link that it crosses between the levels it joins.
     """
 
     of: Mapping[str, int]
@@ -108,7 +108,7 @@ class _Assignment:
         for pair in conflicts:
             first, last = sorted(pair, key=order.__getitem__)
             self.apart[order[last]].append(first)
-        # crossings that are decided once the group at this place of the order has a level
+        # crossings that are known once the group at this place of the order has a level
         self.decided: list[list[tuple[str, str]]] = [[] for _ in names]
         for pin, name in crossings:
             self.decided[max(order[one] for one in (*ends[pin], name))].append((pin, name))

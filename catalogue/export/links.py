@@ -229,7 +229,7 @@ def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
 
 
 def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, complex]:
-    """Return the ends of the travel of a block from its place in the given position."""
+    """Return the ends of a block's travel, given its place in the given position."""
     low, high = run.travel(i, along)
     start = (here * along.conjugate()).real
     return here + along * (low - start), here + along * (high - start)

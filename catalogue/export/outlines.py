@@ -46,9 +46,9 @@ class Outline:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """x0, y0, x1, y1.
+        """Bounding box x0, y0, x1, y1.
 
-        An arc counts as its full circle, which is exact where it ends a bar along an axis.
+        An arc is replaced by its full circle, which is exact at the end of a bar along an axis.
         """
         x = [z.real for z in self.points()]
         y = [z.imag for z in self.points()]
@@ -98,7 +98,7 @@ class Sizes:
 
     @classmethod
     def of(cls, links: Links, width: float | None, hole: float | None) -> Sizes:
-        """Return the sizes; round numbers replace those not given.
+        """Return the given sizes; a missing one is chosen as a round number.
 
         Raises
         ------
@@ -179,7 +179,7 @@ def convex(places: list[complex]) -> list[complex]:
         return [complex(z[run.argmin()]), complex(z[run.argmax()])]
     try:
         return [complex(p) for p in z[ConvexHull(np.stack([z.real, z.imag], 1)).vertices]]
-    except QhullError:  # the hull is too flat for it
+    except QhullError:  # the hull is too flat for scipy
         return [complex(z[run.argmin()]), complex(z[run.argmax()])]
 
 
