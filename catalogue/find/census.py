@@ -54,7 +54,7 @@ class Cell:
 
 
 def census(database: Database, registry: Registry) -> list[Cell]:
-    """Count the cells of all registered series, in their order, and families of collections."""
+    """Count the mechanisms in each cell of the series, then in families of collections."""
     database.check()
     held = _held(database)
     built = set(database.read(select(Batch.series.label("code")).distinct())["code"])

@@ -56,7 +56,7 @@ class SearchOptions(NamedTuple):
     #: whether `given` are answers to a tighter problem: the search ends early where they are good
     #: enough
     warm: bool = False
-    follow: bool = False  #: whether to omit the search where such answers fill the list within the gap
+    follow: bool = False  #: whether to omit the search if such answers fill the list within the gap
 
 
 def find(
@@ -84,7 +84,7 @@ def improving(catalogue: Opened, request: Request, starts: Iterable[Any] = ()) -
         now = {(number, search.least) for number, search in enumerate(every) if np.isfinite(search.least)}
         if not now <= seen and (chosen := selected(problem, every, report, options)) is not None:
             value = float(cost(problem, chosen.found)[0])
-            if problem.ranking.front or value <= best:  # measured in full, an answer may turn out no better
+            if problem.ranking.front or value <= best:  # a full measurement may show that an answer is no better
                 best = value
                 yield _told(catalogue, request, report, chosen)
         seen |= now

@@ -46,8 +46,8 @@ class ImproveBudget(NamedTuple):
     #: number of randomly displaced copies of each stretch to refine too, each in all mirror images
     copies: int = 6
     scatter: float = 0.1  #: standard deviation of these displacements [strokes]
-    largest: float = 10.0  #: default maximum size over that of the guide, or over the stroke
-    #: Displacement of a fixed pivot up to which it counts as unmoved [strokes]: above rounding.
+    largest: float = 10.0  #: default of `max_size` [sizes of the guide, or strokes]
+    #: Largest displacement of an unmoved fixed pivot [strokes]: above rounding.
     same: float = 1e-9
     #: Sine of the angle between two links below which they do not distinguish a linkage from its
     #: mirror image.
@@ -74,7 +74,7 @@ def improve(
     catalogue: Opened | None = None,
     **constraints: Any,
 ) -> Improvement:
-    """Optimise a linkage from where it is, and search the catalogue under the same conditions.
+    """Optimise a given linkage, and search the catalogue under equal conditions.
 
     Unless it stays in place, the path may lie anywhere; held pivots keep their positions relative
     to one another, and regions are in the frame of the request.
@@ -313,7 +313,7 @@ class ImprovementTask:
         return replace(one, pivots=pivots)
 
     def of_catalogue(self, catalogue: Opened, constraints: Mapping[str, Any]) -> Candidate | None:
-        """Find the best of a catalogue under the same conditions; None if there is none."""
+        """Find the best guide of a catalogue under equal conditions; None without any."""
         problem, held = self.problem, self.held
         how: dict[str, Any] = {"rank_by": dict(problem.ranking.weights), "effort": problem.effort}
         if self.nominal is not None and (held.frozen is not None or held.places is not None):

@@ -49,8 +49,7 @@ class MeasureOptions(NamedTuple):
     instants: int = 9  #: number of positions to classify
     corrections: int = 8  #: largest number of corrections of a stretch to the requested stroke on the finer grid
     close: float = 1e-9  #: relative error of stroke or deviation at which corrections stop
-    #: Ratio of the suggested stroke to the longest one; of the least deviation to the suggested
-    #: one.
+    #: Safety factor of advice: suggested over longest stroke, least over suggested deviation.
     surely: float = 0.98
     #: Relative shortening of a stroke per relative excess of its deviation: a half, as a deviation
     #: grows at least with the square of the stroke.
@@ -518,7 +517,7 @@ def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) 
 
 
 def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
-    """Find the nearest degenerate series of linkages on their stretches, and the residuals."""
+    """Find the degenerate series nearest to linkages on their stretches, and the residuals."""
     n = len(at.circuit)
     if series is None:
         return np.full(n, None, object), np.full(n, np.nan)

@@ -16,11 +16,11 @@ from ..store import SpecimenRow as Row
 
 
 class Nearness(NamedTuple):
-    """Weights of what specimens near a request miss [strokes, right angles]."""
+    """Weights of the excesses of specimens over a request [strokes, right angles]."""
 
-    deviation: float = 0.03  #: weight of the logarithm of the deviation, which falls most
+    deviation: float = 0.03  #: weight of the logarithm of the deviation, which refinement reduces most
     angle: float = 1 / 90  #: weight of a degree
-    rank: float = 0.1  #: weight of what is ranked, beside the bounds
+    rank: float = 0.1  #: weight of the ranked measure, relative to the bounds
 
 
 NEARNESS = Nearness()

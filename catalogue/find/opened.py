@@ -1,4 +1,4 @@
-"""What a search needs of an open catalogue."""
+"""Protocol of an open catalogue, as a search needs it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..store import Database
 
 
 class Opened(Protocol):
-    """An open catalogue: its database, its plugins, and how it is searched."""
+    """An open catalogue: its database, its plugins, and its search."""
 
     @property
     def database(self) -> Database: ...

@@ -219,7 +219,7 @@ def _request(stroke: float, radius: float | None, unit: str | None = None) -> Pa
 
 
 def checked(one: CollectionCandidate) -> CollectionCandidate:
-    """Refuse an answer that disagrees with its measurement; add metrics it was kept without."""
+    """Refuse an answer that disagrees with its measurement; add metrics missing in its record."""
     stroke, _ = positive("stroke", one.stroke), whole("id", one.id, 0)
     try:
         [found] = measured(one.collection, [one.parameters], _request(stroke, one.radius))
@@ -241,7 +241,7 @@ def checked(one: CollectionCandidate) -> CollectionCandidate:
 
 @contextmanager
 def asked(collection: Collection, what: str) -> Iterator[None]:
-    """Run a function of a collection; its errors name the collection and its file."""
+    """Run a function of a collection; errors then name the collection and its file."""
     try:
         with foreign(f"collection {collection.name}"):
             yield
@@ -374,7 +374,7 @@ class _Search:
                 return
 
     def made(self, find: Callable[..., Found], limit: int) -> Iterator[CollectionCandidate]:
-        """Yield answers made of planar guides, if the collection is made of such."""
+        """Yield answers made from planar guides, if the collection supports this."""
         if self.collection.starts is None or self.special:
             return
         transmission = max([b.low for b in self.bounds if b.name == "min_transmission" and b.low > 0], default=0.0)
@@ -434,8 +434,8 @@ class _Search:
     ) -> list[tuple[CollectionCandidate, int]]:
         """Refine answers and stored specimens near the request.
 
-        Return what answers it, each with the number of the answer that it was refined from; -1 of
-        the others.
+        Return the refined answers, each with the number of the answer from which it was refined, -1
+        for a stored specimen.
         """
         refine, known = self.collection.refine, {c.id for c in found if c.id}
         assert refine is not None  # checked by the caller
@@ -482,7 +482,7 @@ class _Search:
         return False
 
     def _failed(self, one: Measured) -> list[tuple[str, float, float]]:
-        """List the tests that a specimen fails, with excess and value, NaN without one."""
+        """List the tests that a specimen fails, with its excess and value; NaN if unknown."""
         if one.reason:
             return [(one.reason, 0.0, math.nan)]
         failed = list[tuple[str, float, float]]()
