@@ -176,7 +176,7 @@ def scattered(linkage: Linkage) -> Mask:
 
 @dataclass(frozen=True)
 class References(Rows):
-    """Sets of stations whose weighted deviations bound the minimum zone; l for each guide."""
+    """Sets of stations whose weighted deviations bound the minimum zone; l sets for each guide."""
 
     stations: Indices  #: stations of each reference, (n, l, k)
     weights: Floats  #: weights of the distances, (n, l, k); their absolute values add up to 1

@@ -24,7 +24,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
 
 class CellOptions(NamedTuple):
-    """Options of the cutting of coupler curves, and of the bounds of windows."""
+    """Options of the pieces of coupler curves, and of the lower bounds of windows."""
 
     phases: int = 192  #: number of phases at which a coupler curve is sampled before it is cut
     #: Least number of pieces of a window: the bound of a smooth path grows like the fourth power of

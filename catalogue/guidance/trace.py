@@ -191,7 +191,7 @@ def _fit(u: Floats, v: Floats, circle: bool, points: Grid, held: Floats | None =
 def _split_again(
     found: Fit, shift: Complexes, poor: Mask, paths: tuple[Floats, ...], half: Floats, circle: bool, points: Grid
 ) -> tuple[Fit, Complexes]:
-    """Retry with a shorter step the splittings that did not reduce the error, or undo them."""
+    """Retry splittings that did not reduce the error by a shorter step, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
     moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SPLITTING.short_leash)
@@ -210,7 +210,7 @@ def _split_again(
 def _straightened(
     u: Floats, v: Floats, cos: Floats, sin: Floats, half: Floats, circle: bool, points: Grid, leash: float
 ) -> tuple[Floats, Floats, Complexes, Floats]:
-    """Return the split paths (u, v), the shift of the point, and the previous error."""
+    """Return the paths (u, v) after splitting, the shift of the point, and the error before."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
     errors = []

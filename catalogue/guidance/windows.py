@@ -198,7 +198,7 @@ class Search:
         return replace(found, stroke=at.stroke, chord=np.where(np.isnan(found.deviation), at.stroke, found.chord))
 
     def _over(self, at: Stretches, chord: Floats, nodes: int) -> Stretches:
-        """Return windows over chords (n,), with their strokes along the best line."""
+        """Measure windows of given chords (n,), with strokes along the best line."""
         path, open_ = self._path(at), self._open(at)
         with np.errstate(all="ignore"):
             # an open circuit has two ends, at which windows stop
@@ -217,7 +217,7 @@ class Search:
         return self._between(at, nodes, self._path(at))
 
     def _between(self, at: Stretches, nodes: int, path: Path) -> Stretches:
-        """Return windows on their paths between their ends."""
+        """Measure windows on their paths between their ends."""
         open_ = self._open(at)
         low, high = at.low, at.high
         with np.errstate(all="ignore"):
