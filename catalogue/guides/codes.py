@@ -168,7 +168,7 @@ def kept(code: str) -> str | bytes | None:
 
 
 def _shared() -> SharedFolder | None:
-    """Return the shared folder, if there is one."""
+    """Return the shared folder; None without one."""
     address = os.environ.get("CATALOGUE_SHARE")
     if not address:
         return None

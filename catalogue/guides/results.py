@@ -196,7 +196,7 @@ class Improvement(Results[Candidate]):
     Attributes
     ----------
     which : list of str
-        ``before``, ``improved``, ``catalogue``: the role of each candidate, as far as it exists.
+        Role of each existing candidate: ``before``, ``improved``, ``catalogue``.
 
     Examples
     --------
