@@ -60,7 +60,7 @@ class Circuits(Columns):
     linkage : Linkage
         Linkages (k,), each in its given position.
     of : ndarray of int
-        Number of the linkage, of n.
+        Number of the linkage of each circuit, 0 to n - 1.
     lead : ndarray of int
         Number of the dyad whose crank leads, 0 or 1; 2: the coupler.
     kind : ndarray of int
@@ -70,7 +70,7 @@ class Circuits(Columns):
         Parameters of the lead's angle, by kind: phi = centre + s; centre - half cos s; centre +
         half (s / pi - 1) [rad].
     sign : ndarray
-        Sign of the root.
+        Sign of the root in the equation that closes the linkage.
     period : ndarray
         2 pi, or 4 pi [rad].
     phase : ndarray

@@ -51,7 +51,9 @@ H, G, N, K, J2, B_X, B_Y = range(7)
 
 
 def coupler_chart(z: Complexes, w: Floats) -> tuple[Floats, ...]:
-    """Set up the forms of the coupler chart, y = d: circle of dyad 1, line from dyad 2.
+    """Compute the quadratic equations of the coupler chart, with the displacement d as unknown.
+
+    Dyad 1 gives a circle, both dyads together a line.
 
     Return forms, limit E, its lower and upper bound, scale of K, coefficient of the circle.
     """
