@@ -1,4 +1,4 @@
-"""What a plugin may import of the core: ``from catalogue.plugin import hookimpl, Series``.
+"""The names that plugins may import: ``from catalogue.plugin import hookimpl, Series``.
 
 For all: `hookimpl`, errors, array types, arithmetic of power series.  For series: `Series` and its
 parts, building blocks of synthesis, `Instant`.  For collections: `Collection` and its parts, the
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from .hookspecs import hookimpl
     from .mechanisms import chain_collection
 
-#: Modules of the names.
+#: Module of each public name.
 _HOME = {
     "plugin.hookspecs": "hookimpl",
     "errors": "InvalidLinkage InvalidRequest PluginError",

@@ -17,7 +17,7 @@ def checked(item: Any) -> str:
     if isinstance(item, Series):
         return _series(item)
     if isinstance(item, Collection):
-        Collection.__post_init__(item)  # a subclass may not have run it
+        Collection.__post_init__(item)  # a subclass may have skipped this check
         return checked_name("a collection", item.name)
     Family.__post_init__(item)
     checked_name(f"inverse of the family {item.name}", item.inverse)
