@@ -107,7 +107,7 @@ class Driving:
 
     @property
     def _lever(self) -> Row:
-        """Rotation of the crank per length, positive in its sense over the whole stroke."""
+        """Rotation of the crank per length of path, positive in its overall sense."""
         turning, by = self._turning
         return self._side * turning, self._side[:, None] * by
 

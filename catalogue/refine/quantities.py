@@ -499,7 +499,10 @@ def distance(one: Row, other: Row) -> Row:
 
 
 def own_slope(n: int, k: int) -> Complexes:
-    """Return the derivatives (n, 10) of pivot k, or the guided point 4, by its coordinates."""
+    """Return the derivatives (n, 10) of a point by all ten coordinates: 1 and i at its own two.
+
+    `k` numbers the pivots, 0 to 3; 4 is the guided point.
+    """
     by = np.zeros((n, COUNT), complex)
     by[:, 2 * k], by[:, 2 * k + 1] = 1, 1j
     return by
