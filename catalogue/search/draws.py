@@ -29,7 +29,7 @@ SPREAD = 0.6
 
 
 def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
-    """Return the families that suit a problem; `made` tells whether all joints of each are pins."""
+    """Return the families that suit a problem; `made` maps each to whether it has pins only."""
     wanted = problem.constraints
     if wanted.series or wanted.configurations or wanted.order or wanted.slots or wanted.returns:
         return []
@@ -72,6 +72,6 @@ def likeliest(linkage: Linkage, point: Complexes, curvature: Floats, count: int)
 
 
 def region_of(problem: Problem) -> Region | None:
-    """Return the region of the fixed pivots, None if they may stand anywhere."""
+    """Return the region of the fixed pivots; None without one."""
     wanted = problem.constraints
     return next((r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None)

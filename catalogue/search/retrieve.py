@@ -56,7 +56,7 @@ USED_TOLERANCE = 0.995
 SAME_START = (0.15, 0.12)
 #: Allowance of a typical stored guide without deviation [requested tolerances].
 TYPICAL_ALLOWANCE = 4.0
-#: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
+#: Largest sagitta of an arc for which straight guides are starts, and conversely [strokes].
 MAX_SAGITTA = 0.05
 #: Largest file whose seal is checked before a search [bytes]: checking a larger one takes longer
 #: than the search.
@@ -294,7 +294,7 @@ def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = 
     repeated = ranks(series, family, size, angle)  # number of similar reaches before each
     by = np.argsort(repeated, kind="stable")
     turn = np.empty(len(order), int)
-    turn[by] = ranks(series[by])  # the first of each series, then the second of each
+    turn[by] = ranks(series[by])  # order: the first guide of each series, then the second of each
     return order[np.argsort(turn, kind="stable")][:count]
 
 

@@ -162,7 +162,7 @@ class Search:
         return another
 
     def answers_near(self, candidate: CandidateBatch) -> CandidateBatch | None:
-        """Return answers refined from a candidate, and from stored starts like it or promising.
+        """Refine a candidate, stored starts like it, and the most promising stored starts.
 
         None if there are none.
         """

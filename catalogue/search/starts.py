@@ -122,7 +122,7 @@ class Starts:
         return self._joined([self._copies(found)], count)
 
     def likely(self, near: CandidateBatch, count: int) -> CandidateBatch | None:
-        """Return the `count` stored starts most like a candidate, and the `count` best of all."""
+        """Return the `count` stored starts most similar to a candidate, and the `count` best."""
         parts = self._circling() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
         starts = self._joined(parts, LIKELY_POOL)
         if starts is None:
