@@ -51,12 +51,12 @@ def tangent_pair(a1: Floats) -> Floats:
 
 
 def slider_pair(x: Floats, y: Floats) -> Floats:
-    """Return the point of the inflection circle in a unit direction (x, y), and its line."""
+    """Return a slider pair: the point of the inflection circle on the ray (x, y), and its line."""
     return pair(point(x, y, 0), point(x * y, y * y))
 
 
 def slide_pair(x: Floats, y: Floats) -> Floats:
-    """Return the point of the return circle in a unit direction, and its slot."""
+    """Return a slide pair: the point of the return circle on the ray (x, y), and its slot."""
     return pair(point(-x * y, -y * y), point(x, y, 0))
 
 
@@ -98,5 +98,5 @@ def alike(t: Floats, u: Floats | float) -> Mask:
 
 
 def without(pairs: Floats, taken: Mask) -> Floats:
-    """Return pairs (n, 2, 3), with NaN where `taken`: other elements include these."""
+    """Return pairs (n, 2, 3), NaN where `taken`: other elements include them."""
     return np.where(taken[:, None, None], np.nan, pairs)

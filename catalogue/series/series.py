@@ -238,7 +238,7 @@ class Series:
         return named[key]
 
     def answers(self, posed: Posed) -> Floats:
-        """Solve posed problems for linkages, (n, k, 2, 2, 3), NaN for fewer solutions.
+        """Return the linkages (n, k, 2, 2, 3) that solve posed problems; NaN for fewer than k.
 
         Raises
         ------
