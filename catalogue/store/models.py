@@ -150,8 +150,8 @@ class Guide(Base):
     ``slot`` or a circular ``arc`` over a fixed point; or the point runs to the pole and back along
     one line or circle, ``return-line`` or ``return-circle``.  A slot is described in the inverse
     motion: x, y is the fixed point, the tangent that of its path in the coupler, and so are its
-    reaches.  Of the order `cover` those before K, of each member and kind, are a cover of all that
-    are stored, the finer the larger K is.  Named guides come first.
+    reaches.  The first K guides of each member and kind, in the order `cover`, cover all stored
+    ones, more finely for larger K.  Named guides come first.
     """
 
     __tablename__ = "guide"
