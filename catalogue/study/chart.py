@@ -31,8 +31,8 @@ class Layout:
     levels: int = 8  #: maximum number of contours
     cell: tuple[int, int] = (64, 38)  #: width and height of a cell [px]
     single: int = 3000  #: maximum number of cells with links and cards: a page of two megabytes
-    small: tuple[int, int] = (8, 6)  #: width and height of a cell if there are more [px]
-    between: int = 72  #: least horizontal distance of labels then [px]
+    small: tuple[int, int] = (8, 6)  #: width and height of a cell on a map of more cells [px]
+    between: int = 72  #: least horizontal distance of labels of small cells [px]
     labels: tuple[int, int] = (176, 46)  #: width and height of the space for the labels of rows and of columns [px]
 
 
@@ -97,7 +97,7 @@ def page(columns: Mapping[str, list[Any]], records: dict[int, str], value: str, 
 
 
 def _axes(columns: Mapping[str, list[Any]]) -> dict[str, list[str]]:
-    """Return the values, as text, of the names with more than one value."""
+    """Return the possible axes: columns with more than one value, with their values as text."""
     names = [*columns]
     found = {}
     for name in names[1 : names.index("status")]:
@@ -174,7 +174,7 @@ def _cells(
 def _tints(
     shown: dict[tuple[int, int], dict[str, Any]], value: str, span: tuple[float, float]
 ) -> tuple[list[Markup], list[Markup]]:
-    """Draw all cells of a shade as one path."""
+    """Draw small cells: all cells of one shade as one path."""
     wide, high = LAYOUT.small
     data: dict[float | None, list[str]] = {}
     for (i, k), row in shown.items():
@@ -217,7 +217,7 @@ def _levels(
     span: tuple[float, float],
     size: tuple[int, int],
 ) -> list[Markup]:
-    """Draw the contours through the centres of the cells of a kind."""
+    """Draw the contours between the centres of cells of one kind."""
     found = {place: row for place, row in places.items() if row is not None and _is_number(row, value)}
     values = {place: float(row[f"best_{value}"]) for place, row in found.items()}
     kinds = {place: _kind(row) for place, row in found.items()}

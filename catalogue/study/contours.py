@@ -50,7 +50,10 @@ def _triangles(values: Mapping[Place, float], kinds: Mapping[Place, Hashable]) -
     kind[i, k] = [numbers.setdefault(kinds[place], len(numbers)) for place in values]
 
     def mean(across: int, down: int) -> Floats:
-        """Return the mean over the cells of equal kind that meet at a side or corner."""
+        """Return for every cell the mean value at one of its sides or corners.
+
+        The mean is over the adjacent cells of its kind.
+        """
         total, count = np.zeros(len(i)), np.zeros(len(i))
         for a, d in {(0, 0), (across, 0), (0, down), (across, down)}:
             alike = kind[i + a, k + d] == kind[i, k]
@@ -72,7 +75,7 @@ def _segments(points: Complexes, heights: Floats) -> Complexes:
     below = heights < 0
     cut = below.any(1) & ~below.all(1)
     points, heights, below = points[cut], heights[cut], below[cut]
-    lone = np.argmax(below == (below.sum(1) == 1)[:, None], axis=1)  # the corner that is alone on its side of the level
+    lone = np.argmax(below == (below.sum(1) == 1)[:, None], axis=1)  # the only corner on its side of the level
     row = np.arange(len(points))
     one, top = points[row, lone], heights[row, lone]
     ends = []

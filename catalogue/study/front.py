@@ -14,9 +14,9 @@ from ..quantities import DEGREES, QUANTITIES, RANKED
 from ..units import LENGTH
 from .page import VALUES, answer_head, card, label, plain_words, standing_alone
 
-#: Columns of criteria that have another name there.
+#: Columns of criteria whose column has another name.
 COLUMNS = {row.criterion: row.measure for row in RANKED if not row.scores_only and row.criterion != row.measure}
-#: Units of columns that are no lengths.
+#: Units of columns that are not lengths.
 _UNITS = {"score": ""} | {row.name: "°" if row.unit == DEGREES else "" for row in QUANTITIES if row.unit != LENGTH}
 
 

@@ -1,7 +1,7 @@
 """Tables of a results file: requests, their results by round, answers.
 
-For each request the result of the last round is valid. Earlier results are kept: a killed study
-repeats its decisions from them, and so ends with the table of an uninterrupted one.
+The result of the last round of a request is valid. Earlier results are kept: a killed study repeats
+its decisions from them, so that its table equals that of an uninterrupted one.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def of_rows(rows: Iterable[Mapping[str, Any]]) -> list[Request]:
 
 
 def of_table(table: Any) -> list[Request]:
-    """Build requests from a data frame, a request a row."""
+    """Build requests from a data frame, one per row."""
     names = [str(name) for name in table.columns]
     return of_rows(dict(zip(names, row, strict=True)) for row in table.itertuples(index=False, name=None))
 

@@ -145,7 +145,7 @@ class Run:
         self._round(1, wanted, starts)
 
     def _back(self, place: int) -> bool:
-        """Repeat requests to which a tighter one has a better answer; tell whether any had."""
+        """Repeat requests for which a tighter one has a better answer; return False without."""
         better = self._better(place)
         if not better:
             return False
@@ -207,7 +207,7 @@ class Run:
         return {ranking: {one: cost for one, (_, cost) in costs.items()} for ranking, costs in self.costs.items()}
 
     def _advise(self, place: int) -> None:
-        """Advise requests without an answer: the change to the nearest looser one that has some."""
+        """Add advice to requests without an answer: the nearest looser one with answers."""
         state = self.file.done(before=place)
         told = self.file.of_round(place)
         advised = {row.id for row in self.file.last() if row.advice}

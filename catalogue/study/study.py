@@ -121,12 +121,12 @@ class Study:
         Parameters
         ----------
         base : Request or mapping
-            What all requests share; a mapping as of `Request.from_dict`.
+            Common values of all requests; see `Request.from_dict`.
         file : path, optional
             Results file.
         **axes
-            Values by name, the last name varying fastest, or ``{"scale": factors}`` of a box or a
-            number of the base.
+            Values by name, the last name varying fastest; or ``{"scale": factors}``, which multiply
+            a box or a number of the base.
         """
         shared = base.to_dict() if isinstance(base, Request) else base
         if not isinstance(shared, Mapping):
@@ -157,7 +157,7 @@ class Study:
         Raises
         ------
         DatabaseError
-            If it is missing, or none.
+            If it is missing, or no results file.
         """
         if not Path(file).exists():
             raise DatabaseError(f"{file} does not exist: `catalogue study FILE --out {file}` makes it")
@@ -176,7 +176,7 @@ class Study:
     def run(
         self, catalogue: Catalogue, *, engine: str = "processes", report: Callable[[State], None] = lambda _: None
     ) -> Self:
-        """Ask all requests that have no last result yet.
+        """Answer all requests that have no final result yet.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class Study:
         return found
 
     def to_pandas(self, *, seconds: bool = False) -> pd.DataFrame:
-        """Return a row a request: its values, its status, and its best answer.
+        """Return one row per request: its values, its status, and its best answer.
 
         Parameters
         ----------
@@ -327,7 +327,7 @@ class Study:
         number : int
             Number of a request that ranks by two criteria or more.
         x, y : str
-            Two of them; default: the first two.
+            Criteria of the axes; default: the first two.
 
         Raises
         ------
@@ -342,7 +342,7 @@ class Study:
         _write(file, page(criteria if isinstance(criteria, tuple) else (), answers, x, y))
 
     def answers(self) -> pd.DataFrame:
-        """Return a row an answer: number of the request, place, code and its columns."""
+        """Return one row per answer: number of the request, place, code and its columns."""
         import pandas as pd
 
         rows = []
