@@ -26,8 +26,8 @@ class DeskLimits(NamedTuple):
     #: Time limit of a question [s]: a refined search takes 1 s on an idle machine, the longest one
     #: permitted by the form about 15 s.
     limit: float = 60.0
-    #: Largest number of waiting questions of a lane: with more a client would wait several times
-    #: the limit.
+    #: Largest number of waiting questions of a lane: a longer queue would exceed the time limit
+    #: several times.
     max_waiting: int = 12
     #: Time that an abandoned question may still run before its process is killed and restarted
     #: [s].

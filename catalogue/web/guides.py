@@ -47,7 +47,7 @@ class PageLimits(NamedTuple):
     """Limits of the page of a guide."""
 
     seconds: int = 6  #: period of the large drawing [s]: slow enough to follow by eye
-    longest: int = 15  #: longest number of a guide [digits]: within the integers of SQLite
+    longest: int = 15  #: largest number of digits of a guide's number: within the integers of SQLite
 
 
 GUIDE_PAGE = PageLimits()

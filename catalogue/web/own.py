@@ -93,7 +93,7 @@ Found = tuple[list[list[float]], list[Number], Card | None, str]
 
 
 def _settled(one: OwnGuide, stroke: float) -> Found:
-    """Find the straightest stretch of all circuits, with numbers and card, or an error."""
+    """Find the straightest stretch on all circuits, with numbers and card, or the error."""
     try:
         found = one.measure(stroke=stroke, limit=1)
     except CatalogueError as fault:
@@ -109,7 +109,7 @@ def _settled(one: OwnGuide, stroke: float) -> Found:
 
 
 def _dragged(one: OwnGuide, stroke: float) -> Found:
-    """Find the straightest stretch of the current circuit, and its deviation."""
+    """Find the straightest stretch on the current circuit, without card, while dragging."""
     here, point = circuits(one.linkage)[:1], np.array([complex(*one.guided)])
     found = straightest(here, point, np.array([stroke]), circle=False, count=1)
     if not len(found.deviation) or not np.isfinite(found.deviation[0]):
