@@ -71,9 +71,9 @@ def guided(p: Parameters) -> Iterator[Guided]:
 def classify(instant: Instant) -> tuple[Array, Array]:
     """Return residual and margin.
 
-    The residual is the distance of the pivots from the slider's line; with a slide also the cosine
-    of the angle between its line and that line. The margin is that to II.ooo (fixed pivot at the
-    distance of the inflection pole) and to coincidence with the pole.
+    The residual is the distance of the pivots from the slider's line; with a slide it is the larger
+    of this and the cosine of the angle between both lines. The margin is the distance from II.ooo
+    (fixed pivot as far as the inflection pole) and from a pivot at the pole.
     """
     linkage = instant.linkage
     z, ray, kind, finite = linkage.points, linkage.rays, linkage.dyads, linkage.finite

@@ -118,7 +118,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 def solve(posed: Posed) -> Array | None:
     """Solve for the linkage on given fixed pivots that guides a circle or slot.
 
-    It guides it to order 3.
+    The order of contact is 3.
     """
     if posed.given != "fixed" or posed.path == "line":
         return None

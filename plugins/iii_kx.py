@@ -137,7 +137,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
 def solve(posed: Posed) -> Array | None:
     """Solve for linkages with both fixed pivots and a circle or slot given: up to four.
 
-    They guide it to order 3.
+    The order of contact is 3.
     """
     if posed.given != "fixed" or posed.path == "line":
         return None

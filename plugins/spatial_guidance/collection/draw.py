@@ -62,12 +62,12 @@ class Drawing(NamedTuple):
     """Limits of the drives, and of the stored strokes."""
 
     farthest: float = 2.5  #: range of the first driver either way [rad]
-    margin: float = 0.04  #: part of a motion that is omitted at either end
+    margin: float = 0.04  #: fraction of a motion omitted at either end
     deviation: float = 0.05  #: largest deviation [strokes]
     condition: float = 1000.0  #: largest condition number of the position equations
     size: float = 30.0  #: largest size [strokes]
-    #: Deviation below which the guided curve is trivial: a guide leads the point along it, exactly
-    #: or nearly so [strokes].
+    #: Deviation below which a guided curve is trivial [strokes]: a guide itself keeps the point on
+    #: it.
     trivial: float = 1e-6
 
 
@@ -156,7 +156,7 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
 
 
 def led(m: Mechanisms, kind: str) -> Array:
-    """Return the body points that guides may lead exactly along a line or circle.
+    """Return the body points that guides may keep exactly on a line or circle.
 
     Shape (n, p, 3); NaN for the other points.
     """
@@ -226,7 +226,7 @@ def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> t
 
 
 def _about(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
-    """Change guides of the mask `where`: points x then keep their distance from a point."""
+    """Modify the guides `where` to keep points x at a constant distance from a point."""
     shape, origin, turn = made.parameters.copy(), made.origin.copy(), made.quaternion.copy()
     axis = unit(rng.normal(size=x.shape))
     for kind, index, _ in made.each():

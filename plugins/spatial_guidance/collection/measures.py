@@ -106,7 +106,7 @@ def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
 
 
 def known(motion: Motion, fit: Fit) -> Array:
-    """Tell where the nodes determine the path well enough, shape (n,)."""
+    """Return a mask (n,) of paths that the nodes resolve."""
     return np.asarray(motion.missed <= RESOLUTION.missed * fit.deviation + RESOLUTION.rounding * fit.stroke)
 
 

@@ -29,8 +29,8 @@ class PointSearch(NamedTuple):
     least_stroke: float = 0.1  #: least stroke [sizes of the body]
     flattest: float = 0.25  #: least stroke over radius
     fullest: float = 1.8  #: largest stroke over radius
-    #: Least distance from a point that a guide leads exactly [sizes of the body]: a nearer point
-    #: would need only a slide or a crank.
+    #: Least distance from an exactly guided point [sizes of the body]: a nearer point would need
+    #: only a slide or a crank.
     clearance: float = 0.25
 
 
@@ -98,7 +98,7 @@ def best(
     centre, size : ndarray, shape (n, 3), (n,)
         Middle and size of the body.
     barred : ndarray, shape (n, p, 3)
-        Points of the body that guides lead exactly; NaN for none.
+        Points of the body that guides keep exactly on a line or circle; NaN without.
     flat : ndarray, shape (n,)
         Whether the body moves parallel to the plane z = 0: then all points above and below barred
         ones are barred too.
