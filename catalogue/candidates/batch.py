@@ -171,7 +171,7 @@ def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexe
     if problem.is_wide:
         return on_wide_arc(problem, origin, along_circuits(linkage, point))
     guides = coupler_curve(linkage, point, pole=pole, least=0.5)
-    return described(problem, origin, guides, _over_stroke(problem, guides, extend=False))
+    return described(problem, origin, guides, _trace_over_stroke(problem, guides, extend=False))
 
 
 def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
@@ -216,7 +216,7 @@ def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     return replace(found, allowance=allowance, expected=_shown_expectations(problem, found))
 
 
-def _judged(problem: Problem, found: CandidateBatch) -> CandidateBatch:
+def _measure_allowances(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Measure allowances and expected deviations accurately, if bounded or ranked."""
     if problem.needs_allowance:
         return with_allowance(problem, found)
@@ -256,7 +256,7 @@ def near_path(
         return described(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
     found = near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature)
     back = found.fit.along.real < 0  # guides keep their side of the path
-    found = _reversed(found, back)
+    found = _reverse_traces(found, back)
     linkage, point, traced = placed(moved, found, 1.0)
     if problem.curvature is None:  # an arc that bulges the other way does not answer the request
         turned = traced.fit.curvature >= 0
@@ -266,7 +266,7 @@ def near_path(
     if moved.cusp.any():
         return measured(problem, origin, linkage, point, pole)
     here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
-    return described(problem, origin, here, _reversed(traced, back))
+    return described(problem, origin, here, _reverse_traces(traced, back))
 
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
@@ -292,9 +292,9 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     guides = found.curve
     if isinstance(guides, CircuitCurve):
         shown = on_wide_arc(problem, found.origin, guides, nodes=SHOWN, most=WIDE_ARC.most)
-        return _judged(problem, shown)
+        return _measure_allowances(problem, shown)
     if guides.cusp.any():
-        return replace(found, traced=_over_stroke(problem, guides))
+        return replace(found, traced=_trace_over_stroke(problem, guides))
     found = in_best_charts(problem, found)
     guides = found.curve
     assert isinstance(guides, CouplerCurve)
@@ -303,19 +303,19 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     if rigid:
         traced = unscaled(traced)
     back = traced.fit.along.real < 0
-    linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
+    linkage, point, laid = placed(guides, _reverse_traces(traced, back), 1.0)
     still = guides.motion.branch != 0  # at a change point the pivots as given, with the pole, tell the branch
     linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
-    point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
+    point, traced = np.where(still, found.point, point), _reverse_traces(laid, back).replaced(still, traced[still])
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
     fine = np.flatnonzero(traced.relative < PLACEMENT.fine)
     if len(fine):
-        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _over_stroke(problem, here[fine]))
+        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _trace_over_stroke(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
-    return _judged(problem, shown)
+    return _measure_allowances(problem, shown)
 
 
-def _over_stroke(problem: Problem, guides: CouplerCurve, *, extend: bool = True) -> Traced:
+def _trace_over_stroke(problem: Problem, guides: CouplerCurve, *, extend: bool = True) -> Traced:
     """Trace guides over exactly the stroke, about their guided points."""
     up = None if problem.fixed_curvature is None else np.full(len(guides), problem.fixed_curvature)
     return at_stroke(guides, 1.0, circle=problem.curved, extend=extend, curvature=up)
@@ -330,7 +330,7 @@ def unscaled(traced: Traced) -> Traced:
     return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 
 
-def _reversed(traced: Traced, where: Mask) -> Traced:
+def _reverse_traces(traced: Traced, where: Mask) -> Traced:
     """Reverse the direction of the traces that a mask selects."""
     fit = traced.fit
     way = np.where(where, -1, 1)

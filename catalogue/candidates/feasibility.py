@@ -275,8 +275,8 @@ def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> d
     amounts = {}
     for name in PIVOT_REGIONS:
         if (region := getattr(problem.constraints, name)) is not None:
-            out = np.maximum(_outside(region, standing(name, linkage, slides)), 0.0).sum(axis=1)
-            amounts[name] = out if region.is_convex else out + _between_ends(region, name, linkage, slides)
+            out = np.maximum(_distance_outside(region, standing(name, linkage, slides)), 0.0).sum(axis=1)
+            amounts[name] = out if region.is_convex else out + _excess_between_ends(region, name, linkage, slides)
     return amounts
 
 
@@ -298,13 +298,13 @@ def _ends_within(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
     return slides if 1 in PIVOT_REGIONS[name] else rails(linkage, slides)
 
 
-def _outside(region: Region, z: Complexes) -> Floats:
+def _distance_outside(region: Region, z: Complexes) -> Floats:
     """Return the distances of places out of a region, negative inside, 0 for NaN."""
     there = np.isfinite(z)
     return np.where(there, region.outside(np.where(there, z, 0)), 0.0)
 
 
-def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
+def _excess_between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
     """Compute the distances by which rails and slots leave a concave region, (n,)."""
     ends = _ends_within(name, linkage, slides)
     out = np.zeros(ends.shape[:2])

@@ -168,17 +168,17 @@ def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch,
     number = np.zeros(len(found), int)
     if not ranking.front:
         order = np.lexsort((key, cost(problem, found), faults(problem, found)))
-        chosen = _varied(problem, found, order)
+        chosen = _select_varied(problem, found, order)
         return found[chosen], number[chosen]
     here = values(problem, found)
     table = np.stack([ranking.criterion(name, here) for name in ranking.front], axis=1).round(SELECTION.decimals)
     order, number = spread_order(table, key)
-    chosen = _varied(problem, found, order)
+    chosen = _select_varied(problem, found, order)
     chosen = chosen[np.lexsort((key[chosen], *table[chosen].T[::-1], number[chosen]))]
     return found[chosen], number[chosen]
 
 
-def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
+def _select_varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
     """Select the first entries of an order, each unlike the others.
 
     At most the requested number is selected, and few of one series while others have entries.
