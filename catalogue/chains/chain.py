@@ -23,10 +23,11 @@ class PoseLimits:
     Attributes
     ----------
     sine : float
-        Least sine of the angle at which a dyad closes.  Nearer to a dead or change point rounding,
-        the square root of 1e-16, would choose the branch.
+        Least sine of the angle at which a dyad closes.  Below it, near a dead or change point,
+        rounding (the square root of 1e-16) would determine the branch.
     smallest, largest : float
-        Range of sizes [length]: fourth powers of lengths down to 1e-12 of them are normal doubles.
+        Range of sizes [length]: fourth powers of lengths down to 1e-12 sizes neither over- nor
+        underflow.
     """
 
     sine: float = 1e-7
@@ -79,7 +80,7 @@ class Chain:
         joints : mapping of str to complex, shape () or (n,)
             Position of each joint [length].
         directions : sequence of complex, shape () or (n,)
-            Along each slide.
+            Direction of each slide.
         """
         if missing := [name for name in structure.joints if name not in joints]:
             raise InvalidLinkage(f"joint {quoted(missing[0])} has no position")
@@ -207,7 +208,7 @@ def chain_of(linkage: Linkage, point: Complexes) -> Chain:
     Parameters
     ----------
     linkage : Linkage
-        n, all of one family; the first dyad is a crank.
+        n linkages of one family; the first dyad is a crank.
     point : complex ndarray, shape (n,)
         Coupler points; joint `P`, on the bar `coupler`.
 

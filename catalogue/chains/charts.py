@@ -1,10 +1,10 @@
 """Charts of chains through their dead and change points.
 
-There the squared sine of a dyad is a small difference of lengths, and its root, the sine, loses
-half the digits.  With x = 0 at the point, the squared sine is  x^2 q(x)  and q is smooth:  x is the
-angle of the drive from a change point, and the root of that angle from a dead point, where the
-drive runs back.  So q is fitted by a polynomial to squared sines some way off, where they are
-known, and the sine near the point is  x sqrt(q(x)).
+Near these points the squared sine of a dyad is a small difference of lengths, and its root, the
+sine, loses half the digits.  With x = 0 at the point, the squared sine is  x^2 q(x)  with smooth q:
+x is the angle of the drive from a change point, or the root of this angle from a dead point, where
+the drive reverses.  A polynomial q is fitted to squared sines at some distance, where they are
+accurate; the sine near the point is  x sqrt(q(x)).
 
 Source: analytic continuation through a simple and a double zero.
 """
@@ -23,21 +23,21 @@ from .poses import poses
 
 @dataclass(frozen=True)
 class ChartOptions:
-    """How charts are fitted.
+    """Options of the fit of charts.
 
     Attributes
     ----------
     nodes, degree : int
         Number of places at which squared sines are sampled, and degree of the polynomial.
     widest : float
-        Largest reach, from a dead point as the root of an angle [rad^(1/2)], from a change point as
-        an angle [rad]; for a driving slider over the root of the size, and over the size.
+        Largest reach: from a change point an angle [rad], from a dead point the root of an angle
+        [rad^(1/2)]; for a driving slider displacements in sizes replace angles.
     share : float
         Largest reach over the distance of the next point.
     halvings : int
         Largest number of halvings of the reach until the polynomial fits.
     error : float
-        Largest error of a fitted squared sine: some tens of roundings.
+        Largest error of a fitted squared sine: some tens of rounding errors.
     """
 
     nodes: int = 18

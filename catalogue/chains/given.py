@@ -44,7 +44,7 @@ _SIDES = {"left": 1, "right": -1}
 
 
 class GivenChain(NamedTuple):
-    """A chain, its guided joint by number, its name and the unit of its lengths."""
+    """A chain, the number of its guided joint, its name and the unit of its lengths."""
 
     chain: Chain
     point: int
@@ -233,7 +233,7 @@ def _apex(name: str, one: complex, first: float, other: complex, second: float, 
     """Return the apex of a triangle on a side of the way between two places."""
     way = other - one
     apart = abs(way)
-    size = max(first, second, apart)  # unit of length in which no power overflows
+    size = max(first, second, apart)  # unit of length that avoids overflow of powers
     a, b, c = first / size, second / size, apart / size
     if c < EXTENT.coincident:
         raise InvalidLinkage(f"{name} stands on two joints that coincide")

@@ -23,9 +23,9 @@ def spans(chain: Chain) -> dict[str, tuple[complex, complex]]:
     Returns
     -------
     dict of str to (complex, complex)
-        ``crank O B``: of a bar, its first two joints, and each further joint from both of them.
-        ``offset frame ram``: from the first joint of a rail to the line on which a slider runs.
-        Joints that coincide have no length.
+        ``crank O B``: between the first two joints of a bar, and from both to each further joint.
+        ``offset frame ram``: from the first joint of a rail to the line of a slider. Joints that
+        coincide have no length.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def pitch_circles(structure: Structure, gear: Gear, z: Complexes) -> list[tuple[
     Returns
     -------
     list of (str, complex, float)
-        None of bars that are kept parallel, or of a wheel without a pin on the carrier.
+        Empty for bars kept parallel, and for a wheel without a pin on the carrier.
     """
     carrier, centres = structure.number(gear.carrier), []
     if gear.ratio == 1:

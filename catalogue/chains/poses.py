@@ -40,10 +40,10 @@ NEAR_INFINITY = 0.03
 
 
 class Directions(NamedTuple):
-    """Numbers of directions in which mechanisms are measured."""
+    """Numbers of directions along which diameters are measured."""
 
     coarse: int = 36  #: number of directions of a half turn
-    fine: int = 10  #: number of directions about each of these that is next to the diameter
+    fine: int = 10  #: number of finer directions about each one near the diameter
 
 
 DIRECTIONS = Directions()
@@ -57,10 +57,9 @@ class Poses:
     ----------
     chain : Chain
     drive : ndarray, shape (m, n)
-        Angle of the drive from its reference pose [rad]; of a slider its way [length].
-    at, turn : complex ndarray, shape (b, m, n)
-        Position of the origin of each bar [length], and rotation of the bar as a unit vector.  NaN
-        where the chain does not close.
+        Angle of the drive from its reference pose [rad], or displacement of a driving slider
+        [length]. at, turn : complex ndarray, shape (b, m, n) Position of the origin of each bar
+        [length], and rotation of the bar as a unit vector.  NaN where the chain does not close.
     origin : complex ndarray, shape (b, n)
         A joint of each bar in the reference pose [length].
     sines : ndarray, shape (d, m, n)
@@ -91,7 +90,7 @@ class Poses:
 
     @cached_property
     def extent(self) -> Floats:
-        """Diameter of all joints at all positions, within a part in 1e5, shape (n,) [length]."""
+        """Diameter of all joints at all positions, to 1e-5 of it, shape (n,) [length]."""
         angle = np.pi * np.arange(DIRECTIONS.coarse) / DIRECTIONS.coarse
         wide = np.array([np.ptp((self.places * way).real, axis=0) for way in np.exp(1j * angle)])
         # only directions next to the diameter are as wide as this
@@ -111,7 +110,7 @@ class Poses:
         return self.point(min(self.chain.structure.on[joint]), self.chain.z[joint])
 
     def way(self, slide: int) -> Floats:
-        """Return how far a slider has run from the reference pose, shape (m, n) [length]."""
+        """Return the displacement of a slider from the reference pose, shape (m, n) [length]."""
         structure = self.chain.structure
         rail, slider = (structure.number(name) for name in structure.slides[slide].ends)
         start = self.point(rail, self.origin[slider])
@@ -259,7 +258,7 @@ class _Closing:
             z = self.chain.z[group.inner]
             start, turn = self._carried(one.to, z), self.turn[one.to]
             across = turn * self.chain.u[one.joint]
-        else:  # the bar that is pinned turns as the slider does
+        else:  # the pinned bar rotates with the slider
             z, start = self._pin(one)
             turn = turned
             across = turned * self.chain.u[group.inner]

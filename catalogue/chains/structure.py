@@ -1,6 +1,6 @@
 """Structure of a chain: bars, joints, and the groups in which the bars close.
 
-A bar is known by the joints on it.  A joint on several bars is a pin, a joint on one bar a point of
+The joints on it define a bar.  A joint on several bars is a pin, a joint on one bar a point of
 it. From the drive on, bars close in groups:
 
 =====  ===================================================  =======================
@@ -44,10 +44,10 @@ RPP = "RPP"
 
 
 class Most(IntEnum):
-    """Limits of a chain: its bars, the teeth of a wheel, and the turns of its drive.
+    """Limits of a chain: number of bars, teeth of a wheel, turns of the drive.
 
-    Gear ratios are quotients of numbers of teeth.  The drive turns until all wheels are back where
-    they began, and each of these turns is searched for dead points.
+    Gear ratios are quotients of numbers of teeth.  The drive turns until all wheels have returned
+    to their start; each of these turns is searched for dead points.
     """
 
     BARS = 40
@@ -252,7 +252,7 @@ class Structure:
 
     @cached_property
     def arm(self) -> list[int]:
-        """Joints of a driving crank that turns no wheel, without its pin."""
+        """Joints of a driving crank, without its fixed pin; empty if it drives a wheel."""
         bar, link = self.driver
         if link.is_slide or any(self.drive in (gear.first, gear.second) for gear in self.gears):
             return []
@@ -335,7 +335,7 @@ class Structure:
             links = self._links(one, known), self._links(two, known)
             if len(pins) + len(slides) != 1 or len(links[0]) != 1 or len(links[1]) != 1:
                 continue
-            first, second = (one, two) if not links[0][0].is_slide else (two, one)  # a pin comes first
+            first, second = (one, two) if not links[0][0].is_slide else (two, one)  # order: pin before slide
             a, b = (links[0][0], links[1][0]) if first == one else (links[1][0], links[0][0])
             outer, inner = a.is_slide + b.is_slide, bool(slides)
             kind = {(0, 0): RRR, (1, 0): RRP, (0, 1): RPR, (2, 0): PRP, (1, 1): RPP}.get((outer, int(inner)))
@@ -345,7 +345,7 @@ class Structure:
 
     @cached_property
     def rates(self) -> tuple[Fraction | None, ...]:
-        """Turn of each bar per turn of the drive; None where it is not in proportion."""
+        """Rotation of each bar per rotation of the drive; None where the ratio is not constant."""
         bar, link = self.driver
         rate: list[Fraction | None] = [None] * len(self.bars)
         rate[self.frame], rate[bar] = Fraction(0), Fraction(0 if link.is_slide else 1)
@@ -372,7 +372,7 @@ class Structure:
 
     @cached_property
     def turns(self) -> int:
-        """Number of turns of the drive after which all wheels are back."""
+        """Number of turns of the drive after which all wheels have returned to their start."""
         count = lcm(*(rate.denominator for rate in self.rates if rate is not None))
         if count > Most.TURNS:
             raise InvalidLinkage(
