@@ -79,30 +79,30 @@ def _outcome(guarded: bool) -> int:
         if sys.stdout is not None:
             sys.stdout.flush()  # report a full disk here, not at exit of Python
     except CatalogueError as error:
-        code = _told(str(error), error.exit_code)
+        code = _report(str(error), error.exit_code)
     except (KeyboardInterrupt, click.Abort) as error:
         where = f" in {error}" if str(error) else ""
-        code = _told(interrupt.TOLD.replace(";", f"{where};"), interrupt.INTERRUPTED)
+        code = _report(interrupt.TOLD.replace(";", f"{where};"), interrupt.INTERRUPTED)
     except BrokenPipeError:
-        code = _unwritten(UNREAD)
+        code = _discard_output(UNREAD)
     except OSError as error:
         what = error.filename or "what is to be printed"
-        code = _unwritten(_told(f"{what} cannot be read or written: {error.strerror}", InvalidRequest.exit_code))
+        code = _discard_output(_report(f"{what} cannot be read or written: {error.strerror}", InvalidRequest.exit_code))
     except UnicodeEncodeError as error:
-        code = _told(f"{quoted(error.object)} is no text that can be read or written here", InvalidRequest.exit_code)
+        code = _report(f"{quoted(error.object)} is no text that can be read or written here", InvalidRequest.exit_code)
     except MemoryError:
-        code = _told("there is not enough memory: ask for less at once", InvalidRequest.exit_code)
+        code = _report("there is not enough memory: ask for less at once", InvalidRequest.exit_code)
     return code
 
 
-def _told(text: str, code: int) -> int:
+def _report(text: str, code: int) -> int:
     """Print an error on one line of bounded length, and return the exit code."""
     with suppress(OSError):  # standard error is closed
         print(f"catalogue: {shortened(text, LINE)}", file=sys.stderr, flush=True)
     return code
 
 
-def _unwritten(code: int) -> int:
+def _discard_output(code: int) -> int:
     """Discard unwritten output, which Python would retry at exit, and return the exit code."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -68,7 +68,7 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
         return
     title = "Census; under each deviation over stroke the least size over stroke"
     held = [row[:-1] for row in rows if not row[-1]]
-    print_table(title, columns, held, "--legend explains the columns", meanings=COLUMNS, spare=_spare(levels))
+    print_table(title, columns, held, "--legend explains the columns", meanings=COLUMNS, spare=_omitted_columns(levels))
     empty = sorted({c.remark for c in cells if c.remark})
     for remark in empty:
         tell(f"{remark}: " + ", ".join(f"{c.series} {c.family} {c.configuration}" for c in cells if c.remark == remark))
@@ -87,6 +87,6 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
     )
 
 
-def _spare(levels: list[int]) -> list[str]:
+def _omitted_columns(levels: list[int]) -> list[str]:
     """List the columns to omit on a narrow terminal: every second level first."""
     return ["named", "dimension", "mechanisms", *(f"1e{k}" for k in sorted(levels, key=lambda k: (k % 2 == 0, k)))]

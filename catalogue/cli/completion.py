@@ -24,7 +24,7 @@ def held(column: str) -> Complete:
     def offered(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it
         file = ctx.params.get("db") or default_database()
         query = f"SELECT DISTINCT {column} FROM mechanism ORDER BY {column}"  # nosec B608  # a column of our own
-        return _begun(_column(file, query), begun)
+        return _matching(_column(file, query), begun)
 
     return offered
 
@@ -33,7 +33,7 @@ def references(ctx: click.Context, param: click.Parameter, begun: str) -> list[s
     """Complete named guides and codes of the latest answers."""
     names = [one["name"] for one in json.loads((folder("data") / "named_guides.json").read_text("utf-8"))]
     codes = _column(answers_file(), "SELECT code FROM answer ORDER BY number DESC LIMIT ?", LATEST)
-    return _begun([*names, *codes], begun)
+    return _matching([*names, *codes], begun)
 
 
 def _column(file: Path, query: str, *values: int) -> list[str]:
@@ -46,5 +46,5 @@ def _column(file: Path, query: str, *values: int) -> list[str]:
     return []
 
 
-def _begun(names: list[str], begun: str) -> list[str]:
+def _matching(names: list[str], begun: str) -> list[str]:
     return [name for name in names if name.startswith(begun)]

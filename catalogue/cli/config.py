@@ -65,19 +65,19 @@ def _value(name: str, value: object, one: click.Option) -> Any:
             raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")
         return value
     if isinstance(value, list) and one.nargs > 1:
-        return [_word(name, part) for part in _flat(value)]
+        return [_to_word(name, part) for part in _flatten(value)]
     if isinstance(value, list) and one.multiple:
-        return [_word(name, part) for part in value]
-    return [_word(name, value)] if one.multiple else _word(name, value)
+        return [_to_word(name, part) for part in value]
+    return [_to_word(name, value)] if one.multiple else _to_word(name, value)
 
 
-def _word(name: str, value: object) -> str:
+def _to_word(name: str, value: object) -> str:
     if isinstance(value, list):
-        return ",".join(_word(name, part) for part in value)
+        return ",".join(_to_word(name, part) for part in value)
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         raise InvalidRequest(f"{name} cannot be {quoted(value)}")
     return str(value)
 
 
-def _flat(value: list[Any]) -> list[Any]:
+def _flatten(value: list[Any]) -> list[Any]:
     return [part for one in value for part in (one if isinstance(one, list) else [one])]

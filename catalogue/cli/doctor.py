@@ -78,7 +78,7 @@ def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
     """
     file = (db or default_database()).absolute()
     with busy("looking"):
-        found = [*_installed(), *_database(file), *_beside(file), *_plugins(plugins), *_users()]
+        found = [*_check_packages(), *_database(file), *_upgrade_copies(file), *_plugins(plugins), *_check_user_data()]
     records = [{"what": f.what, "found": f.found, "remedy": f.remedy, "sound": not f.code} for f in found]
     if format == "table":
         _print(found)
@@ -98,7 +98,7 @@ def _print(found: Sequence[Finding]) -> None:
     tell(f"{wrong} of these are wrong" if wrong else "nothing is wrong")
 
 
-def _installed() -> Iterator[Finding]:
+def _check_packages() -> Iterator[Finding]:
     yield Finding("mechanism-catalogue", f"{VERSION} in {Path(__file__).parents[1]}")
     yield Finding("Python", f"{platform.python_version()} at {sys.executable}, {platform.platform()}")
     yield Finding("SQLite", sqlite3.sqlite_version)
@@ -157,7 +157,7 @@ def _database(file: Path) -> Iterator[Finding]:
         yield Finding("database", str(error), "", error.exit_code)
 
 
-def _beside(file: Path) -> Iterator[Finding]:
+def _upgrade_copies(file: Path) -> Iterator[Finding]:
     """Yield copies made before upgrades, and incomplete ones."""
     for copy in sorted(file.parent.glob(f"{escape(file.name)}.backup*")):
         yield Finding("backup", f"{copy}, {_size(copy)}", _removal(copy))
@@ -181,7 +181,7 @@ def _plugins(folders: Sequence[str]) -> Iterator[Finding]:
             yield Finding(f"plugin {r.name}", r.error, f"mend or remove {r.origin}", PluginError.exit_code)
 
 
-def _users() -> Iterator[Finding]:
+def _check_user_data() -> Iterator[Finding]:
     folder = user_folder()
     held = sorted(path for path in folder.rglob("*") if path.is_file()) if folder.is_dir() else []
     yield Finding("data directory", f"{folder}, {len(held)} files", _removal(folder) if held else "")

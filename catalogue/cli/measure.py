@@ -35,7 +35,7 @@ COLUMNS = {**MADE, **STRETCH}
 DRIVE = Column("drive", "", "drive at both ends of the path, from its given pose", right=False)
 #: Note on circuits that cross at change points.
 JOINED = "joined at the change points, where only a guard keeps the linkage from flipping from one into the other"
-#: Note on a stretch on the other circuit of such a pair.
+#: Note on a stretch on the other one of two circuits that cross.
 JOINED_CIRCUIT = "another circuit, joined to that given at a change point: lead the linkage over there, with a guard"
 #: Columns of the table of mechanisms of many bars.
 CHAIN_TABLE = ("number", "code", "drive", "stroke", "deviation", "radius", "size", "min_transmission")

@@ -117,7 +117,7 @@ def read_rows(file: str, content: str | None = None) -> list[Row]:
     read = []
     for place, given, _ in rows:
         unit = _unit(place, given.pop("unit", None))
-        read.append(Row(place, (_placed if "pivots" in given else _lengths)(place, given), unit))
+        read.append(Row(place, (_pivots_and_point if "pivots" in given else _lengths)(place, given), unit))
     return read
 
 
@@ -140,17 +140,17 @@ def linkages_of(rows: list[Row]) -> tuple[Linkage, Complexes]:
         If a row is no linkage; the message names the first one.
     """
     try:
-        return _together([row.given for row in rows])
+        return _join([row.given for row in rows])
     except InvalidLinkage:
         for place, given, _ in rows:
             try:
-                _together([given])
+                _join([given])
             except InvalidLinkage as error:
                 raise InvalidLinkage(f"{place}: {str(error).removeprefix('linkage 0: ')}") from None
         raise
 
 
-def _together(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
+def _join(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
     pivots = np.full((len(given), 2, 2, 3), np.nan)
     points = np.full(len(given), complex(np.nan, np.nan))
     alike: dict[tuple[str, ...], list[int]] = {}  # rows by their names of values
@@ -166,7 +166,7 @@ def _together(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
     return Linkage(pivots), points
 
 
-def _placed(place: str, given: dict[str, Any]) -> dict[str, Any]:
+def _pivots_and_point(place: str, given: dict[str, Any]) -> dict[str, Any]:
     """Return pivots and guided point, under any of the names of the point."""
     if wrong := CONTRADICTING & {*given}:
         raise InvalidRequest(f"{place}: give `pivots` or `{min(wrong)}`, not both")

@@ -57,7 +57,7 @@ def guides(
 
     found = answers(reference, opened, stroke)
     if found is None:
-        found = _own(reference, point)
+        found = _linkages_of_file(reference, point)
     if chains:
         from ..find.specimens import stretch_of
 
@@ -137,7 +137,7 @@ def is_answer(reference: str) -> bool:
     return _is_file(reference) or (not reference.isdigit() and not _is_design(reference) and is_code(reference))
 
 
-def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
+def _linkages_of_file(reference: str, point: tuple[float, float] | None) -> list[Any]:
     import numpy as np
 
     from ..guides.own_guide import OwnGuide

@@ -27,8 +27,7 @@ NUMBERS = {*LENGTHS, *POSITION, *POINT}
 LISTS = ("pivots", "guided", "point")
 #: Separators of cells; the first line with one of them, outside quotes, decides; else blanks.
 DELIMITERS = ("\t", ";", "|", ",")
-#: Numbers in a line without a heading: 8 or 12 for the pivots, and how many more for the guided
-#: point.
+#: Possible numbers of cells of a line without heading, and how many of them are the guided point's.
 COUNTS = {8: 0, 10: 2, 12: 0, 14: 2}
 
 
@@ -92,8 +91,8 @@ def _csv(text: str, file: str) -> list[Row]:
     names = {name.casefold() for name in heading}
     words = {word for name in names for word in re.findall(r"\w+", name)}  # "crank [mm]" names a length
     if not (names & {*NUMBERS, *LISTS} or words & LENGTHS):
-        return [Row(place, _unnamed(place, cells, delimiter)) for place, cells in lines]
-    return [Row(place, _named(place, heading, cells)) for place, cells in lines]
+        return [Row(place, _pivots_and_point(place, cells, delimiter)) for place, cells in lines]
+    return [Row(place, _cells_by_heading(place, heading, cells)) for place, cells in lines]
 
 
 def _cells(place: str, line: str, delimiter: str) -> list[str]:
@@ -110,7 +109,7 @@ def _has_number(cell: str) -> bool:
     return re.search(r"\b\d", cell) is not None or decimal(cell) is not None
 
 
-def _unnamed(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
+def _pivots_and_point(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
     """Convert a line of numbers to pivots and guided point."""
     if len(cells) not in COUNTS:
         raise InvalidRequest(
@@ -123,7 +122,7 @@ def _unnamed(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
     return pivots if last == len(numbers) else {**pivots, "point": numbers[last:]}
 
 
-def _named(place: str, heading: list[str], cells: list[str]) -> dict[str, Any]:
+def _cells_by_heading(place: str, heading: list[str], cells: list[str]) -> dict[str, Any]:
     """Return the cells of a line by the names of the heading, without empty ones."""
     if len(cells) != len(heading):
         raise InvalidRequest(f"{place}: it has {len(cells)} columns, the heading {len(heading)}")

@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from ..series.named_guides import NamedGuide
 
 
-def _words(design: NamedGuide, memberships: Memberships, published: Candidate, best: Candidate | None) -> list[str]:
+def _describe_design(
+    design: NamedGuide, memberships: Memberships, published: Candidate, best: Candidate | None
+) -> list[str]:
     """Describe a named design, line by line: source, classification, comparison with its series."""
     from ..curvature_theory.leading_error import EXACT
 
@@ -150,7 +152,9 @@ def _unit(column: Column) -> str:
 
 def _links(lengths: Mapping[str, float]) -> None:
     """Print the lengths of the links, and the guided point in the coupler."""
-    print_table("Links", ["", _headed(">length")], [[name, f"{value:.6g}"] for name, value in lengths.items()])
+    print_table(
+        "Links", ["", _with_output_unit(">length")], [[name, f"{value:.6g}"] for name, value in lengths.items()]
+    )
 
 
 def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]) -> None:
@@ -161,10 +165,10 @@ def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]
         for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
     ]
     lines.append(["", "guided", *map(digits, guided or ()), ""])
-    print_table(title, [">dyad", "point", _headed(">x"), _headed(">y"), ""], lines)
+    print_table(title, [">dyad", "point", _with_output_unit(">x"), _with_output_unit(">y"), ""], lines)
 
 
-def _headed(heading: str) -> str:
+def _with_output_unit(heading: str) -> str:
     """Append the unit of output, if any, to a heading of lengths."""
     return f"{heading} [{unit()}]" if unit() else heading
 
@@ -273,7 +277,7 @@ def _show_guide(
             published = as_published(design, guide, stroke, unit=unit())
             laid = published if level is None else laid
             best = best_of_series(catalogue, published)
-            words = _words(design, catalogue.classify(design.linkage)[0], published, best)
+            words = _describe_design(design, catalogue.classify(design.linkage)[0], published, best)
             told = {k: getattr(design, k) for k in ("name", "title", "source", "proportions", "place")}
             told["deviation"] = published.deviation
             told["best_of_series"] = None if best is None else {"id": best.id, "deviation": best.deviation}

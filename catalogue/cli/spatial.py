@@ -123,10 +123,12 @@ def sweep(
 
     with busy("moving it"):
         job = load(more["file"], more["points"], more["both"], more["answer"])
-        motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
+        motion, told = _moved(job, [split_drive(one) for one in drive], hold, (more["from"], to, steps), path)
         whole = job.table(motion) if sensitivity is None else job.sensitivities(motion, sensitivity)
-        unknown, keys = _unknown(whole), len(motion.drives)
-        whole = _chosen(whole.reset_index() if motion.others or sensitivity is not None else whole, columns, keys)
+        unknown, keys = nan_columns(whole), len(motion.drives)
+        whole = select_columns(
+            whole.reset_index() if motion.others or sensitivity is not None else whole, columns, keys
+        )
         table = whole[motion.success]
     if plot:
         job.plot(motion, plot)
@@ -146,7 +148,7 @@ def sweep(
     return 0 if len(table) else 1
 
 
-def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
+def nan_columns(table: pd.DataFrame) -> list[tuple[set[str], str]]:
     """Return the columns that are NaN, grouped by the reason."""
     reasons: dict[str, list[str]] = {}
     for column, reason in table.attrs.get("reasons", {}).items():
@@ -154,7 +156,7 @@ def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
     return [(set(columns), f"not known: {', '.join(columns)}: {reason}") for reason, columns in reasons.items()]
 
 
-def _named(given: str) -> tuple[str, str]:
+def split_drive(given: str) -> tuple[str, str]:
     """Split ``NAME=VALUES``; the values are empty without them."""
     name, _, values = given.partition("=")
     if given.endswith("="):
@@ -162,7 +164,7 @@ def _named(given: str) -> tuple[str, str]:
     return name, values
 
 
-def _values(name: str, given: str) -> list[float]:
+def parse_values(name: str, given: str) -> list[float]:
     """Read ``FROM:TO:STEPS`` or ``V,V,...``."""
     import numpy as np
 
@@ -176,7 +178,7 @@ def _values(name: str, given: str) -> list[float]:
     return [float(v or 0.0) for v in numbers]
 
 
-def _held(name: str, given: str) -> float:
+def parse_held_value(name: str, given: str) -> float:
     """Read the value at which a scalar is held."""
     value = decimal(given)
     if value is None:
@@ -191,10 +193,10 @@ def _moved(
     way: tuple[float | None, float | None, int],
     path: bool,
 ) -> tuple[Motion, str]:
-    """Sweep the drives, or follow the circuit of one; tell where and why it ends."""
+    """Sweep the drives, or follow the circuit of one; return the motion and a text on its ends."""
     import numpy as np
 
-    held = {name: _held(name, value) if value else None for name, value in map(_named, hold)}
+    held = {name: parse_held_value(name, value) if value else None for name, value in map(split_drive, hold)}
     begin, to, steps = way
     if (begin is None) != (to is None):
         raise InvalidRequest("give both --from and --to, or neither for the whole circuit")
@@ -203,7 +205,7 @@ def _moved(
     if begin is None and not said and len(drives) == 1:
         if any(value is not None for value in held.values()):
             raise InvalidRequest(f"a circuit holds design values: say values of the drive, {drive}=FROM:TO:STEPS")
-        return _around(job, drive, scalar, scalars, steps)
+        return follow_circuit(job, drive, scalar, scalars, steps)
     if begin is not None and to is not None:
         if said or len(drives) > 1:
             raise InvalidRequest(f"--from and --to are those of one drive: say {drive}=FROM:TO:STEPS instead of them")
@@ -212,7 +214,7 @@ def _moved(
         missing = next((name for name, value in drives if not value), None)
         if missing:
             raise InvalidRequest(f"say values of each drive: {missing}=FROM:TO:STEPS, or {missing}=V,V,...")
-        values = {name: _values(name, value) for name, value in drives}
+        values = {name: parse_values(name, value) for name, value in drives}
     if len(values) < len(drives):
         raise InvalidRequest("a drive is named twice: give all its values once")
     motion = job.sweep(values, held, grid=len(drives) > 1 and not path)
@@ -222,7 +224,7 @@ def _moved(
     return motion, "; ".join([*told, *(line for stops in motion.stops for line in stops)])
 
 
-def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) -> tuple[Motion, str]:
+def follow_circuit(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) -> tuple[Motion, str]:
     """Return the motion over the whole circuit of a drive, and its limits and dead points."""
     import numpy as np
 
@@ -324,7 +326,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
     return 0 if found.success else 1
 
 
-def _chosen(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
+def select_columns(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
     """Select the drives, and columns by names or parts of headings; by default all columns."""
     if columns is None:
         return table

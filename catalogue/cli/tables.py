@@ -42,12 +42,12 @@ class _Output(click.Path):
             if file.exists() and used.exists() and file.samefile(used):
                 raise InvalidRequest(f"{file} is a database in use: name another file with {flag}")
         refuse_existing(file, flag, force=ctx is not None and ctx.meta.get(FORCE_KEY, False))
-        if ctx and (other := ctx.meta.setdefault(WRITTEN_KEY, {}).setdefault(_same(file), flag)) != flag:
+        if ctx and (other := ctx.meta.setdefault(WRITTEN_KEY, {}).setdefault(_normalised_name(file), flag)) != flag:
             raise InvalidRequest(f"{other} and {flag} name the same file, {file}")
         return file
 
 
-def _same(file: Path) -> str:
+def _normalised_name(file: Path) -> str:
     """Normalise a file name, so that equal files have equal names."""
     return os.path.normcase(os.path.abspath(file))  # noqa: PTH100  # resolves `..` but follows no link
 

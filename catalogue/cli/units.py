@@ -115,7 +115,7 @@ class NamedPoint(_ParamType):
         return name.strip(), tuple(LENGTH.convert(part, param, ctx) for part in parts)
 
 
-def _chosen(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:  # noqa: ARG001  # click gives it
+def _output_unit(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:  # noqa: ARG001  # click gives it
     if value is not None:
         ctx.meta[KEY] = value
     return value
@@ -132,7 +132,7 @@ UNIT = option(
     click.Choice([*UNITS]),
     is_eager=True,
     expose_value=False,
-    callback=_chosen,
+    callback=_output_unit,
     show_default="that of the first length with a unit, else of the answer",
 )
 
@@ -157,10 +157,10 @@ def in_output_unit(guides: Sequence[T]) -> list[T]:
     chosen = unit() or next((one.unit for one in guides if one.unit), None)
     if chosen is not None:
         click.get_current_context().meta[KEY] = chosen
-    return [_in_unit(one, chosen) for one in guides]
+    return [_convert(one, chosen) for one in guides]
 
 
-def _in_unit(one: Any, unit: str | None) -> Any:
+def _convert(one: Any, unit: str | None) -> Any:
     if not hasattr(one, "collection"):
         return one.in_unit(unit)
     from ..find.specimens import in_unit
