@@ -111,7 +111,7 @@ class Curvature:
 
     @property
     def reason(self) -> Objects:
-        """Why numbers are missing, shape (n,): an empty string where none is."""
+        """Reason for missing numbers, shape (n,); empty where none is missing."""
         why = np.full(len(self), "", dtype=object)
 
         def add(where: Mask, text: str) -> None:

@@ -70,8 +70,8 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
     with np.errstate(all="ignore"):
         size = radius / rho0
         kappa, star, s = curvature.kappa * rho0, curvature.kappa_star * rho0, curvature.s * rho0
-        r_star, r, phi = _on_curve(kappa, star, s, size)
-        axis_star, axis, along = _on_axes(star, s, size)
+        r_star, r, phi = _points_on_curve(kappa, star, s, size)
+        axis_star, axis, along = _points_on_axes(star, s, size)
         r_star, r, phi = (np.concatenate(two, axis=1) for two in ((r_star, axis_star), (r, axis), (phi, along)))
         good = np.isfinite(r_star) & np.isfinite(r) & (np.abs(np.abs(r - r_star) / size[:, None] - 1) < ROOTS.radius)
         turn = np.exp(1j * phi)
@@ -85,7 +85,7 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
     return homogeneous(z)
 
 
-def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
+def _points_on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
     """Compute r*, r, phi of the points off the axes (rho0 = 1), (n, 6) each."""
     n = len(size)
     x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
@@ -122,7 +122,7 @@ def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Flo
     return np.where(again, np.nan, r_star), r, phi
 
 
-def _on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
+def _points_on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
     """Compute r*, r, phi of the points on the axes (rho0 = 1), (n, 4) each."""
     normal = (np.abs(s) < POLE.vanishing)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
     signed = np.stack([size, size, -size, -size], axis=1)

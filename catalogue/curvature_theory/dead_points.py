@@ -152,7 +152,7 @@ def _on_line(linkage: Linkage) -> Floats:
 
 
 def off_line(linkage: Linkage) -> Floats:
-    """Measure how far linkages are from a dead point, shape (n,).
+    """Measure the distance of linkages from a dead point, shape (n,).
 
     The measure is the larger of the sine of the angle between the rays and the largest distance of
     a pivot from the ray of dyad 1 [sizes of the linkage].

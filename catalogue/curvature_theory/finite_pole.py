@@ -88,7 +88,8 @@ def distances(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats, Floats
 def _lever(linkage: Linkage, length: Floats) -> Floats:
     """Compute the amplification of rounding of the pivots in the pole, shape (n,) [length].
 
-    It is the distance of the rays' pivots, times the error of the directions of short cranks.
+    It is the least distance between pivots of both rays, times the error of the directions of short
+    cranks, over the sine of the angle between the rays.
     """
     z, finite = linkage.points, linkage.finite
     apart = np.where(finite[:, 0, :, None] & finite[:, 1, None], np.abs(z[:, 0, :, None] - z[:, 1, None]), np.inf)

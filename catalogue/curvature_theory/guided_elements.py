@@ -83,11 +83,11 @@ def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElem
     """
     dead = instant.curvature.state == DEAD_POINT
     if instant.pole is not None or not dead.any():
-        return _of_branch(instant, radius)
+        return _elements_of_branch(instant, radius)
     both = dead_points(instant.linkage).pole.reshape(-1, 2, 2)
     here = instant.curvature.pole
     poles = [np.where(dead[:, None], both[:, i], here) for i in (0, 1)]
-    first, second = (_of_branch(Instant(instant.linkage, p[:, 0] + 1j * p[:, 1]), radius) for p in poles)
+    first, second = (_elements_of_branch(Instant(instant.linkage, p[:, 0] + 1j * p[:, 1]), radius) for p in poles)
     only = dead[:, None]  # at other positions the motion has one branch
     return GuidedElements(
         first.labels + [f"{label}, branch 2" for label in second.labels],
@@ -96,12 +96,12 @@ def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElem
     )
 
 
-def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
+def _elements_of_branch(instant: Instant, radius: float | None) -> GuidedElements:
     """Find the elements on one branch of each motion."""
     at = instant.curvature
     found = {
-        "undulation": _straight(at.undulation, at.pole),
-        "cuspidation": _straight(at.cuspidation, at.pole)[:, ::-1],
+        "undulation": _is_straight(at.undulation, at.pole),
+        "cuspidation": _is_straight(at.cuspidation, at.pole)[:, ::-1],
         "[3]": at.principal_pairs[:, 0],
         "[4]": at.principal_pairs[:, 1],
     }
@@ -115,15 +115,15 @@ def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
         for p in found.values()
     ]
     pivots, size = instant.linkage.pivots, instant.linkage.size[:, None]
-    driving = [_same(pairs, pivots[:, None, i], COINCIDENCE.near * size[..., None]) for i in (0, 1)]
+    driving = [_is_equal(pairs, pivots[:, None, i], COINCIDENCE.near * size[..., None]) for i in (0, 1)]
     there = np.isfinite(pairs).all(axis=(2, 3)) & ~(driving[0] | driving[1])
-    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], COINCIDENCE.double * size)
+    there[:, 3] &= ~_is_equal(pairs[:, 3], pairs[:, 2], COINCIDENCE.double * size)
     return GuidedElements(
         list(found), np.where(there[..., None, None], pairs, np.nan), np.where(there, np.stack(orders, 1), 0)
     )
 
 
-def _straight(point: Floats, pole: Floats) -> Floats:
+def _is_straight(point: Floats, pole: Floats) -> Floats:
     """Pair a point with the normal of its straight path, shape (n, 2, 3)."""
     normal = point - pole
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -132,7 +132,7 @@ def _straight(point: Floats, pole: Floats) -> Floats:
     return np.stack([fixed, np.concatenate([point, np.ones_like(length)], axis=-1)], axis=1)
 
 
-def _same(one: Floats, two: Floats, near: Floats) -> Mask:
+def _is_equal(one: Floats, two: Floats, near: Floats) -> Mask:
     """Tell where two pairs (..., 2, 3) coincide.
 
     Finite points coincide within `near` [length], points at infinity if their directions do.

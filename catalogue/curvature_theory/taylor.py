@@ -91,8 +91,8 @@ def path_series(path: Path) -> Complexes:
     h, g, n, k, j2, b_x, b_y, l_x, l_y = (_polynomial(f) for f in forms[:9])
     with np.errstate(all="ignore"):
         hh = times(h, h)
-        mixed = circle * _later(hh) - times(j2, h) + times(g, n)
-        q = over(mixed, k + root(times(k, k) - circle * _later(mixed)))
+        mixed = circle * _shift_coefficients(hh) - times(j2, h) + times(g, n)
+        q = over(mixed, k + root(times(k, k) - circle * _shift_coefficients(mixed)))
         if path.branch.any():
             divided = circle * hh + _polynomial(forms[9])
             with_sign = path.branch * root(times(k, k) - np.where(circle > 0, divided, 0))
@@ -101,7 +101,7 @@ def path_series(path: Path) -> Complexes:
         inside = l_x + 1j * l_y - times(h + 1j * q, over(b_x + 1j * b_y, n))
     for i in range(2, TERMS):  # divided by 1 + t^2
         inside[i] -= inside[i - 2]
-    return _later(inside)
+    return _shift_coefficients(inside)
 
 
 def _polynomial(form: Floats) -> Floats:
@@ -110,7 +110,7 @@ def _polynomial(form: Floats) -> Floats:
     return out
 
 
-def _later(a: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+def _shift_coefficients(a: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
     """Multiply a series by t."""
     return np.concatenate([np.zeros_like(a[:1]), a[:-1]])
 
