@@ -67,7 +67,7 @@ def cards_html(answers: Sequence[object], title: str) -> Markup:
     cards = [_card(k, one) for k, one in enumerate(answers[: CARDS.most])]
     shown = element("div", *cards, style="display:flex;flex-wrap:wrap;gap:8px") if any(cards) else NOTHING
     told = f"{len(answers)} answers" if len(answers) != 1 else "1 answer"
-    table = _table([_told(one) for one in answers])
+    table = _table([_details(one) for one in answers])
     folded = element("details", element("summary", f"{told} as a table"), table)
     return join((element("p", title), shown, folded))
 
@@ -91,7 +91,7 @@ def _card(number: int, one: Any) -> Markup:
         svg = element("p", str(error))
     kind = one.family if hasattr(one, "collection") else family(one)
     said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), kind) if part)
-    values = _values(one)
+    values = _numbers(one)
     numbers = [
         f"{name} {values[field]:{format}}{unit}".rstrip()
         for field, name, format, unit in (
@@ -105,13 +105,13 @@ def _card(number: int, one: Any) -> Markup:
     return element("div", svg, words, style=f"width:{CARDS.card:.0f}px")
 
 
-def _values(one: object) -> dict[str, Any]:
+def _numbers(one: object) -> dict[str, Any]:
     """Return the numbers of an answer by name, the metrics of a collection among them."""
     return {name: getattr(one, name) for name in COLUMNS if hasattr(one, name)} | getattr(one, "metrics", {})
 
 
-def _told(one: object) -> Mapping[str, Any]:
-    told = _values(one)
+def _details(one: object) -> Mapping[str, Any]:
+    told = _numbers(one)
     return told | ({"order": "exact"} if told.get("order") == EXACT_ORDER else {})
 
 

@@ -90,7 +90,7 @@ def cells(series: Series) -> list[Cell]:
         mine = [one for one in sampled if one.member.family == family]
         names = {str(name) for one in mine for name in one.instant.configuration}
         for name in sorted(names, key=lambda name: [(ORDER.find(letter), letter) for letter in name]):
-            best = (_best(one, name) for one in mine if name in one.instant.configuration)
+            best = (_best_cell(one, name) for one in mine if name in one.instant.configuration)
             # prefer the general member of the series to members with additional conditions
             found.append(min(best, key=lambda choice: (choice[0].member != "general", choice[1]))[0])
     shown = {(cell.family, cell.member) for cell in found}
@@ -98,10 +98,10 @@ def cells(series: Series) -> list[Cell]:
     called = [one.member.name for one in special]
     # one member of each name, before a second of any
     varied = sorted(range(len(special)), key=lambda i: called[:i].count(called[i]))
-    return found + [_best(special[i])[0] for i in varied[: max(0, CELLS.most - len(found))]]
+    return found + [_best_cell(special[i])[0] for i in varied[: max(0, CELLS.most - len(found))]]
 
 
-def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
+def _best_cell(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
     """Return the cell of least cost, and its cost."""
     cost = one.cost
     if configuration is not None:
@@ -118,12 +118,12 @@ def _sampled(series: Series, member: Member) -> _Sampled:
     n = len(drawn.linkage)
     instant = Instant(drawn.linkage, np.zeros(n, complex))
     with np.errstate(all="ignore"):
-        guided = [replace(g, pairs=_finite(g.pairs)) for g in series.guided(drawn.complete)] if n else []
-        cost = _cost(drawn.linkage, guided) if n else np.zeros(0)
+        guided = [replace(g, pairs=_scale_to_unit_weight(g.pairs)) for g in series.guided(drawn.complete)] if n else []
+        cost = _look_cost(drawn.linkage, guided) if n else np.zeros(0)
     return _Sampled(member, drawn.free, instant, guided, cost)
 
 
-def _finite(pairs: Floats) -> Floats:
+def _scale_to_unit_weight(pairs: Floats) -> Floats:
     """Scale homogeneous points to w = 1; points beyond 1e6 rho0 become unit directions."""
     length, w = np.hypot(pairs[..., 0], pairs[..., 1]), pairs[..., 2]
     far = np.abs(w) < 1e-6 * length
@@ -132,7 +132,7 @@ def _finite(pairs: Floats) -> Floats:
     return np.asarray(scaled)
 
 
-def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
+def _look_cost(linkage: Linkage, guided: list[Guided]) -> Floats:
     """Score the look of each linkage: large, uneven, crowded, distant or imaginary points cost."""
     n = len(linkage)
     pivots = np.where(linkage.finite, linkage.points, np.nan).reshape(n, 4)

@@ -51,7 +51,7 @@ def chain_machine(shown: ChainPoses) -> Machine:
         if bar != structure.frame
     ]
     path = Line("path", LineKind.PATH, shown.path)
-    return Machine((*bars, *_joints(shown)), tuple(supports), (path,), shown.middle, _drive(shown))
+    return Machine((*bars, *_joints(shown)), tuple(supports), (path,), shown.middle, _driving_crank(shown))
 
 
 def _bar(shown: ChainPoses, bar: int, wheels: list[Wheel]) -> Body:
@@ -63,7 +63,7 @@ def _bar(shown: ChainPoses, bar: int, wheels: list[Wheel]) -> Body:
     shapes: list[Plate | Block | Wheel] = [one._replace(centre=one.centre - origin) for one in wheels]
     for k, slide in enumerate(structure.slides):
         if structure.number(slide.first) == bar:
-            ends, along = _travel(shown, k)
+            ends, along = _travel_ends(shown, k)
             spare = (BLOCK[0] + 7) * along * np.array([-1, 1])
             shapes.append(Plate(f"rail-{k}", Role.COUPLER, ends - origin, spare, is_slim=True))
     if len(corners) > 1:
@@ -75,7 +75,7 @@ def _bar(shown: ChainPoses, bar: int, wheels: list[Wheel]) -> Body:
     return Body(name, "bar", shown.at.at[bar, :, 0], turned, tuple(shapes))
 
 
-def _travel(shown: ChainPoses, slide: int) -> tuple[Complexes, complex]:
+def _travel_ends(shown: ChainPoses, slide: int) -> tuple[Complexes, complex]:
     """Return the ends of a slider's travel (2,) in the reference pose [length], and its direction.
 
     A slot reaches to the pins of its bar too.
@@ -94,7 +94,7 @@ def _rails(shown: ChainPoses) -> Iterator[Rail]:
     """Yield the rails on the frame."""
     for k, slide in enumerate(shown.structure.slides):
         if shown.structure.number(slide.first) == shown.structure.frame:
-            ends, along = _travel(shown, k)
+            ends, along = _travel_ends(shown, k)
             yield Rail(f"rail-{k}", ends, -1j * along)
 
 
@@ -110,7 +110,7 @@ def _joints(shown: ChainPoses) -> Iterator[Body]:
         yield Body(name, kind, shown.at.joint(number)[:, 0], joints=(first._replace(label=label), *more))
 
 
-def _drive(shown: ChainPoses) -> Drive | None:
+def _driving_crank(shown: ChainPoses) -> Drive | None:
     """Return the driving crank; None for a sliding drive."""
     structure = shown.structure
     bar, link = structure.driver

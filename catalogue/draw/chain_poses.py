@@ -94,19 +94,19 @@ def chain_poses(
     InvalidRequest
         If the count is out of range.
     """
-    samples, home, closed = _motion(guide, turn=turn)
+    samples, home, closed = _sampled_motion(guide, turn=turn)
     share, time = shares_and_times(samples, count, closed=closed, error=error)
     return _poses_at(guide, samples, share, time, home, closed=closed)
 
 
 def still_chain_poses(guide: OwnChain) -> ChainPoses:
     """Compute the poses of a still, one of them the pose to draw."""
-    samples, home, closed = _motion(guide)
+    samples, home, closed = _sampled_motion(guide)
     share = still_shares(samples, home, closed=closed)
     return _poses_at(guide, samples, share, share, home, closed=closed)
 
 
-def _motion(guide: OwnChain, *, turn: bool = False) -> tuple[Samples, float, bool]:
+def _sampled_motion(guide: OwnChain, *, turn: bool = False) -> tuple[Samples, float, bool]:
     """Return samples of the motion, the phase of the pose [rad], and whether it is closed."""
     low, home, high = guide.drawn
     if turn or not has_stroke(guide):

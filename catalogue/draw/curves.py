@@ -80,10 +80,10 @@ class Drive(NamedTuple):
 
 def curves(guide: Guide) -> tuple[Drive, list[Curve]]:
     """Compute the curves of a guide in its unit, over its drive."""
-    return _of_bars(guide) if has_bars(guide) else _of_linkage(guide)
+    return _chain_curves(guide) if has_bars(guide) else _linkage_curves(guide)
 
 
-def _of_bars(one: OwnChain) -> tuple[Drive, list[Curve]]:
+def _chain_curves(one: OwnChain) -> tuple[Drive, list[Curve]]:
     """Compute speed and transmission angle of many bars; for a stretch the deviation too."""
     moved = one.motion(SAMPLES)
     found = []
@@ -96,14 +96,14 @@ def _of_bars(one: OwnChain) -> tuple[Drive, list[Curve]]:
         found.append(Curve("transmission angle [°]", moved.transmission, INK, True))
     what = "way" if moved.pushed else "angle"
     unit = one.unit or LENGTH if moved.pushed else DEGREES
-    return Drive(what, one.drive, unit, moved.drive - moved.drive[0]), _finite(found)
+    return Drive(what, one.drive, unit, moved.drive - moved.drive[0]), _with_finite_values(found)
 
 
-def _finite(found: list[Curve]) -> list[Curve]:
+def _with_finite_values(found: list[Curve]) -> list[Curve]:
     return [one for one in found if np.isfinite(one.values).any()]
 
 
-def _of_linkage(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
+def _linkage_curves(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
     moved, _ = guide.drawn_motion(SAMPLES)
     drive = moved.drive - moved.drive[0]
     length = f" [{guide.unit}]" if guide.unit else ""
@@ -122,7 +122,7 @@ def _of_linkage(guide: PlacedGuide) -> tuple[Drive, list[Curve]]:
         Curve("mechanical advantage", moved.advantage, GREY, True),
     ]
     name = f"crank {moved.driver}" if moved.driver else "the coupler"
-    return Drive("angle", name, DEGREES, drive), _finite(found)
+    return Drive("angle", name, DEGREES, drive), _with_finite_values(found)
 
 
 def draw_curves(guide: Guide, file: str | Path | None = None, *, unit: str | None = None) -> Figure:

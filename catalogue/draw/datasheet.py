@@ -91,7 +91,7 @@ def content(guide: Guide, code: str) -> Content:
     """Collect the contents of a sheet, in the unit of the guide or in `ASSUMED`."""
     unit = guide.unit or ASSUMED
     if has_bars(guide):
-        return _of_bars(guide, code, unit)
+        return _chain_content(guide, code, unit)
     configuration = getattr(guide, "configuration", "")
     return Content(
         series=getattr(guide, "series", "") or getattr(guide, "name", ""),
@@ -100,22 +100,22 @@ def content(guide: Guide, code: str) -> Content:
         facts=facts(guide, unit),
         lengths=_lengths(guide, unit),
         pivots=_pivots(guide, unit),
-        limits=Table("Limits", ("", ""), _limits(guide, unit), _stops(guide)),
+        limits=Table("Limits", ("", ""), _limits(guide, unit), _dead_points(guide)),
         theory=_theory(guide, unit),
         provenance=_provenance(guide, code),
     )
 
 
-def _of_bars(one: OwnChain, code: str, unit: str) -> Content:
+def _chain_content(one: OwnChain, code: str, unit: str) -> Content:
     """Collect the contents of the sheet of an `OwnChain`: no theory, no tolerances."""
-    structure, digits = one.chain.structure, _digits(one, unit)
-    lengths: list[tuple[str, ...]] = [(_short(name), fixed(value, digits)) for name, value in one.lengths.items()]
+    structure, digits = one.chain.structure, _length_decimals(one, unit)
+    lengths: list[tuple[str, ...]] = [(_shorten(name), fixed(value, digits)) for name, value in one.lengths.items()]
     joints: list[tuple[str, ...]] = [
-        (_short(name), *(fixed(value, digits) for value in place)) for name, place in one.joints.items()
+        (_shorten(name), *(fixed(value, digits) for value in place)) for name, place in one.joints.items()
     ]
     for slide, along in zip(structure.slides, one.chain.u[:, 0].tolist(), strict=True):
         angle = math.degrees(math.atan2(along.imag, along.real)) % 180
-        joints.append((_short(f"{slide.second} on {slide.first}"), f"{angle:.4f}°", ""))
+        joints.append((_shorten(f"{slide.second} on {slide.first}"), f"{angle:.4f}°", ""))
     notes = [
         f"{gear.second} is kept parallel to {gear.first}"
         if gear.ratio == 1
@@ -123,25 +123,25 @@ def _of_bars(one: OwnChain, code: str, unit: str) -> Content:
         for gear in structure.gears
     ]
     return Content(
-        series=_short(one.name) or "Mechanism",
+        series=_shorten(one.name) or "Mechanism",
         kind=family(one),
         code=code,
         facts=facts(one, unit),
         lengths=Table("Lengths", ("", unit), lengths, "lengths between joints of a bar"),
         pivots=Table("Joints in the given pose", ("", f"x [{unit}]", f"y [{unit}]"), joints),
-        limits=Table("Limits", ("", ""), _limits_of_bars(one, unit), "drive and places from the given pose"),
+        limits=Table("Limits", ("", ""), _chain_limits(one, unit), "drive and places from the given pose"),
         theory=notes,
         provenance=_provenance(one, code),
     )
 
 
-def _short(name: str) -> str:
+def _shorten(name: str) -> str:
     """Shorten a name that is longer than a cell, by omitting its middle."""
     half = ROOM.letters // 2
     return name if len(name) <= ROOM.letters else f"{name[: half - 1]}…{name[-half:]}"
 
 
-def _limits_of_bars(one: OwnChain, unit: str) -> list[tuple[str, ...]]:
+def _chain_limits(one: OwnChain, unit: str) -> list[tuple[str, ...]]:
     """List the drive and, for a stretch, its measures."""
     structure = one.chain.structure
 
@@ -171,10 +171,10 @@ def paper_of(name: str) -> tuple[float, float]:
 def _tolerance(guide: Guide, share: float) -> str:
     """Format the tolerance of a length that scatters `share` times as much as a coordinate."""
     allowance = getattr(guide, "allowance", None)
-    return "–" if allowance is None or allowance <= 0 else f"±{_two(SIDES * share * allowance)}"
+    return "–" if allowance is None or allowance <= 0 else f"±{_two_digits(SIDES * share * allowance)}"
 
 
-def _two(value: float) -> str:
+def _two_digits(value: float) -> str:
     """Format a number with two digits, rounded down: a tolerance must not exceed the allowance."""
     power = math.floor(math.log10(value)) - 1
     told = math.floor(value / 10.0**power * (1 + 1e-12)) * 10.0**power
@@ -183,12 +183,12 @@ def _two(value: float) -> str:
 
 def _lengths(guide: PlacedGuide, unit: str) -> Table:
     apart = math.sqrt(2)  # standard deviation of the distance of two pivots over that of a coordinate
-    digits, tolerance = _digits(guide, unit), _tolerance(guide, apart)
+    digits, tolerance = _length_decimals(guide, unit), _tolerance(guide, apart)
     rows: list[tuple[str, ...]] = [(name, fixed(value, digits), tolerance) for name, value in guide.lengths.items()]
     return Table("Lengths", ("", unit, "tolerance"), rows, _note(guide, unit))
 
 
-def _digits(guide: Guide, unit: str) -> int:
+def _length_decimals(guide: Guide, unit: str) -> int:
     """Return the decimals of lengths: a thousandth of a millimetre, finer for small guides."""
     size = max(abs(value) for value in guide.lengths.values())
     return max(decimals(unit), 4 - math.floor(math.log10(size)) - 1)
@@ -200,7 +200,7 @@ def _note(guide: Guide, unit: str) -> str:
         return "tolerances: unknown, as no deviation was requested"
     if allowance <= 0:
         return "tolerances: none left, the guide uses up the requested deviation"
-    told = f"standard deviation of pivot position {_two(allowance)} {unit} in x and y"
+    told = f"standard deviation of pivot position {_two_digits(allowance)} {unit} in x and y"
     keep = f"the allowance: {SHARE} % of machines within the deviation"
     if (share := getattr(guide, "kept_share", None)) is not None:
         keep += f"; {100 * share:.1f} % of 1000 simulated"
@@ -208,7 +208,7 @@ def _note(guide: Guide, unit: str) -> str:
 
 
 def _pivots(guide: PlacedGuide, unit: str) -> Table:
-    kinds, digits, each = guide.linkage.dyads[0], _digits(guide, unit), _tolerance(guide, 1.0)
+    kinds, digits, each = guide.linkage.dyads[0], _length_decimals(guide, unit), _tolerance(guide, 1.0)
     rows: list[tuple[str, ...]] = []
 
     def place(name: str, at: Sequence[float], tolerance: str = "") -> tuple[str, ...]:
@@ -254,7 +254,7 @@ def _limits(guide: Guide, unit: str) -> list[tuple[str, ...]]:
     return rows
 
 
-def _stops(guide: PlacedGuide) -> str:
+def _dead_points(guide: PlacedGuide) -> str:
     """List the dead points of the cranks in one line."""
     told = [
         f"{crank} at {', '.join(f'{angle:.1f}' for angle in angles)}°"

@@ -83,7 +83,7 @@ def sheet_html(guide: Guide, *, paper: str = "a4", unit: str | None = None, scal
     """
     wide, high = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
-    svg = _drawn(here, scale, wide - 2 * PAPER.margin, high - PAPER.below)
+    svg = _drawing(here, scale, wide - 2 * PAPER.margin, high - PAPER.below)
     drive, shown = curves(here)
     return fill(
         _PAGE,
@@ -107,7 +107,7 @@ def sheet_html(guide: Guide, *, paper: str = "a4", unit: str | None = None, scal
     )
 
 
-def _drawn(guide: Guide, scale: str | None, wide: float, high: float) -> Markup:
+def _drawing(guide: Guide, scale: str | None, wide: float, high: float) -> Markup:
     """Return the animated drawing in true millimetres with a scale bar."""
     unit = guide.unit or ASSUMED
     shown, per = posed(guide), millimetres(unit)

@@ -51,14 +51,14 @@ def sheet_figure(guide: Guide, *, paper: str = "a4", unit: str | None = None, sc
     told = fitting(content(here := guide.in_unit(unit), guide.code), height)
     figure = blank(width / INCH, height / INCH)
     page = _Page(figure, width, height)
-    _head(page, told)
+    _draw_title(page, told)
     rows = max(ROOM.lines, told.lines)
     top, deep = PAGE.title + 2, height - PAGE.title - 2 - PAGE.below - PAGE.line * (rows - ROOM.lines)
     _drawing(page, here, scale, top, deep)
     foot = top + deep + 7
     _tables(page, told, foot)
     _curves(page, here, height - PAGE.margin - 29 - 2 * PAGE.curves - PAGE.gap)
-    _foot(page, told, height - PAGE.margin - 15)
+    _draw_notes(page, told, height - PAGE.margin - 15)
     return figure
 
 
@@ -101,7 +101,7 @@ class _Page:
         return self.figure.add_axes(place, gid=gid)
 
 
-def _head(page: _Page, told: Content) -> None:
+def _draw_title(page: _Page, told: Content) -> None:
     head = page.text(PAGE.margin, 21, told.series, 21, family=SERIF, weight="bold", gid="series")
     wide = head.get_window_extent().width / page.figure.bbox.width * page.width + 3 if told.series else 0.0
     page.text(PAGE.margin + wide, 21, told.kind, 14, family=SERIF, style="italic", gid="kind")
@@ -216,7 +216,7 @@ def _curves(page: _Page, guide: Guide, top: float) -> None:
             axes.set_xlabel(drive.label, family=SANS, size=6.6, color=GREY, labelpad=1.5)
 
 
-def _foot(page: _Page, told: Content, top: float) -> None:
+def _draw_notes(page: _Page, told: Content, top: float) -> None:
     page.rule(top - 3.5)
     for k, line in enumerate(told.theory):
         page.text(PAGE.margin, top + 4.1 * (k + 0.3), line, 7.4)

@@ -83,8 +83,8 @@ class Frame:
 
     @classmethod
     def centred(cls, shown: Machine, scale: float, point: float, width: float, height: float, centre: complex) -> Frame:
-        """Return the frame of a scale, centred at a position of the paper."""
-        (left, right), (below, above) = _ends(shown, scale, point)
+        """Return the frame of a given scale, centred at a position of the paper."""
+        (left, right), (below, above) = _extent(shown, scale, point)
         middle = complex(0.5 * (left + right), 0.5 * (below + above))
         return cls(scale, (middle - centre.conjugate()) / scale, point, width, height)
 
@@ -92,16 +92,19 @@ class Frame:
 def largest_scale(shown: Machine, width: float, height: float, point: float) -> float:
     """Compute the largest scale that fits a width and a height."""
     places, border = room(shown, point)
-    return min(_largest(places.real, border[:, :2], width), _largest(places.imag, border[:, 2:], height))
+    return min(
+        _largest_scale_along(places.real, border[:, :2], width),
+        _largest_scale_along(places.imag, border[:, 2:], height),
+    )
 
 
 def size_at(shown: Machine, scale: float, point: float) -> complex:
     """Compute width and height of the drawing at a scale."""
-    (left, right), (below, above) = _ends(shown, scale, point)
+    (left, right), (below, above) = _extent(shown, scale, point)
     return complex(right - left, above - below)
 
 
-def _ends(shown: Machine, scale: float, point: float) -> list[tuple[float, float]]:
+def _extent(shown: Machine, scale: float, point: float) -> list[tuple[float, float]]:
     """Compute the horizontal and vertical range of the drawing [units of paper]."""
     places, border = room(shown, point)
     return [
@@ -129,7 +132,7 @@ def room(shown: Machine, point: float) -> tuple[Complexes, Floats]:
     return places, border * point
 
 
-def _largest(x: Floats, border: Floats, room: float) -> float:
+def _largest_scale_along(x: Floats, border: Floats, room: float) -> float:
     """Compute the largest scale that fits coordinates x (k,) with margins (k, 2)."""
     least = np.inf
     for low, high in ((low, high) for low in np.unique(border[:, 0]) for high in np.unique(border[:, 1])):

@@ -75,7 +75,7 @@ def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, fl
         text = figure.text(x, bottom - 0.17 * inch, words, gid=gid + what, family=SERIF, va="center", **style)
         _fit(text, (left + wide - x) * figure.get_figwidth())
         x = text.get_window_extent().x1 / figure.bbox.width + 0.07 / figure.get_figwidth()
-    for line, (words, what) in enumerate(((_numbers(cell), "parameters"), (_orders(cell), "orders"))):
+    for line, (words, what) in enumerate(((_numbers(cell), "parameters"), (_contact_orders(cell), "orders"))):
         text = figure.text(
             left,
             bottom - (0.345 + 0.16 * line) * inch,
@@ -123,7 +123,7 @@ def _number(name: str, value: float) -> str:
     return f"${letter}$ = {value:.3g}".replace("-", "−")
 
 
-def _orders(cell: Cell) -> str:
+def _contact_orders(cell: Cell) -> str:
     """Return the guided elements by their orders of contact."""
     of_order: dict[int, list[str]] = {}
     for g in cell.guided:

@@ -42,7 +42,7 @@ def _bodies(shown: Poses) -> Iterator[Body]:
         yield Body(names[i], "crank", fixed[:, i], angle, (Plate(names[i], role, corners),))
     for i in np.flatnonzero(shown.kinds == PR).tolist():
         yield Body(names[i], "slider", shown.moving[:, i], None, (Block(names[i], 1j * shown.fixed[i]),))
-    output = tuple(_output(shown))
+    output = tuple(_dwell_output(shown))
     yield from output[:1]
     yield _coupler(shown)
     for i, normal in shown.normals.items():
@@ -62,7 +62,7 @@ def _coupler(shown: Poses) -> Body:
     """Return the coupler with the lines of its slides, its pins and points."""
     origin = shown.home[shown.origin]
     lines = [
-        Plate(f"line-{i + 1}", Role.COUPLER, ends - origin, _beyond(ends, shown.home[i]), is_slim=True)
+        Plate(f"line-{i + 1}", Role.COUPLER, ends - origin, _overhang(ends, shown.home[i]), is_slim=True)
         for i, ends in shown.rods.items()
     ]
     pins = [
@@ -82,7 +82,7 @@ def _coupler(shown: Poses) -> Body:
     return Body("coupler", "coupler", carrier, shown.turn, shapes, (*pins, *points))
 
 
-def _beyond(ends: Complexes, foot: complex) -> Complexes:
+def _overhang(ends: Complexes, foot: complex) -> Complexes:
     """Return the lengths of a slide's line beyond its block, at both ends [pt]."""
     along = ends[1] - ends[0]
     if along == 0:
@@ -91,7 +91,7 @@ def _beyond(ends: Complexes, foot: complex) -> Complexes:
     return np.where(np.abs(ends - foot) < 1e-9 * abs(along), 0, spare)
 
 
-def _output(shown: Poses) -> Iterator[Body]:
+def _dwell_output(shown: Poses) -> Iterator[Body]:
     """Yield the rocker and the rod of a dwell, with their pins; nothing for another guide."""
     if shown.joint is None:
         return

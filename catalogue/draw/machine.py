@@ -1,7 +1,7 @@
-"""What a drawing of a machine shows: bodies in poses, supports and lines, independent of paper.
+"""A machine to draw: bodies in poses, supports and lines, independent of paper.
 
-Linkages of two dyads and mechanisms of many bars are both described so, and drawn by two printers:
-with a pen of matplotlib (`pen_machine`), and as animated SVG (`svg_machine`).
+Linkages of two dyads and mechanisms of many bars both have this form. `pen_machine` draws it by
+matplotlib, `svg_machine` as animated SVG.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ class Drive(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A line through points [length]: `kind` says how it is drawn."""
+    """A line through points [length]; `kind` determines its style."""
 
     name: str
     kind: LineKind

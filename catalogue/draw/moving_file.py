@@ -139,11 +139,13 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     told = [f"{name} = {length(value, unit)}" for name, value in guide.lengths.items()] + places(guide, unit)
     width = max(size.real, SHEET.narrowest) + 2 * SHEET.margin
     columns = max(1, int((width - 2 * SHEET.margin) // 60))
-    lines = _lines(guide, code, unit, width - 2 * SHEET.margin)
+    lines = _fact_lines(guide, code, unit, width - 2 * SHEET.margin)
     head = SHEET.head + SHEET.line * (len(lines) - 1)
     rows = math.ceil(len(told) / columns)
     top = head + size.imag + 6
-    height = top + SHEET.scale_bar + rows * SHEET.line + SHEET.controls * math.ceil(len(layers) / _across(width)) + 10
+    height = (
+        top + SHEET.scale_bar + rows * SHEET.line + SHEET.controls * math.ceil(len(layers) / _boxes_per_row(width)) + 10
+    )
     middle = complex(0.5 * width, head + 0.5 * size.imag)
     frame = Frame.centred(shown.machine, ratio, SHEET.point, width, height, middle)
     clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
@@ -178,12 +180,12 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     )
 
 
-def _across(width: float) -> int:
+def _boxes_per_row(width: float) -> int:
     """Return the number of check boxes per row."""
     return max(1, int((width - 2 * SHEET.margin) // SHEET.box))
 
 
-def _lines(guide: Guide, code: str, unit: str, width: float) -> list[str]:
+def _fact_lines(guide: Guide, code: str, unit: str, width: float) -> list[str]:
     """Return the facts below the title, in lines of a width [mm]."""
     lines: list[str] = []
     for part in filter(None, [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]):
@@ -248,7 +250,7 @@ def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> Markup:
 
 def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> Markup:
     """Return the check boxes of the layers, and the bar to pause and scrub the motion."""
-    parts, across = [], _across(frame.width)
+    parts, across = [], _boxes_per_row(frame.width)
     for k, name in enumerate(layers):
         at = complex(SHEET.margin + SHEET.box * (k % across), top + SHEET.controls * (k // across))
         parts.append(_box(at, WORDS[name], name in SHOWN, data_layer=name))

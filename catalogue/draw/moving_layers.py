@@ -76,7 +76,7 @@ class Layers:
         return group(f"layer {name}", draw())
 
     @property
-    def _of_two_dyads(self) -> PlacedGuide:
+    def _linkage_guide(self) -> PlacedGuide:
         """The guide, for layers that exist only for linkages of two dyads."""
         return cast("PlacedGuide", self.guide)
 
@@ -88,8 +88,8 @@ class Layers:
         r = 4.5 * self.frame.point
         cross = polyline(np.array([-r, r, np.nan, -1j * r, 1j * r]))
         sign = element("circle", class_="theory", r=number(0.6 * r)) + element("path", class_="theory", d=cross)
-        moved = self.clock.moved(self.frame.at(_held(pole, seen)), "sign", sign)
-        return element("g", self._blinking(seen), moved, **self._seen(seen))
+        moved = self.clock.moved(self.frame.at(_fill_invisible(pole, seen)), "sign", sign)
+        return element("g", self._visibility_animation(seen), moved, **self._still_opacity(seen))
 
     def _circle(self) -> Markup:
         pole, diameter = self._instants
@@ -97,7 +97,7 @@ class Layers:
         seen = np.asarray(radius < LAYER.widest * self.frame.width)
         if not seen.any():
             return NOTHING
-        centre, radius = _held(self.frame.at(pole + 0.5 * diameter), seen), _held(radius, seen)
+        centre, radius = _fill_invisible(self.frame.at(pole + 0.5 * diameter), seen), _fill_invisible(radius, seen)
         values = {
             "cx": [number(z.real) for z in centre],
             "cy": [number(z.imag) for z in centre],
@@ -105,11 +105,13 @@ class Layers:
         }
         now = {name: each[self.clock.middle] for name, each in values.items()}
         moves = [self.clock.animate(name, each) for name, each in values.items()]
-        return element("circle", *moves, self._blinking(seen), class_="theory", **now, **self._seen(seen))
+        return element(
+            "circle", *moves, self._visibility_animation(seen), class_="theory", **now, **self._still_opacity(seen)
+        )
 
     def _centrodes(self) -> Markup:
         """Return both centrodes: one rolls upon the other and carries the coupler with it."""
-        run = self._of_two_dyads.run(whole=self.shown.closed)
+        run = self._linkage_guide.run(whole=self.shown.closed)
 
         def both(s: Floats) -> Complexes:
             pose = run.circuit.pose(s[:, None])
@@ -123,11 +125,11 @@ class Layers:
         error = LAYER.centrode_error * self.frame.width
         _, drawn = halved(both, run.samples.at, lambda a, b, inner: off_chord(a, b, inner) / error)
         fixed = element("path", class_="theory", d=polyline(drawn[:, 0]))
-        return fixed + self._carried(element("path", class_="theory dashed", d=polyline(drawn[:, 1])))
+        return fixed + self._on_coupler(element("path", class_="theory dashed", d=polyline(drawn[:, 1])))
 
     def _cubics(self) -> Markup:
         """Return the circling-point curve on the coupler, and the centring-point curve."""
-        found = curvature(self._of_two_dyads.linkage)
+        found = curvature(self._linkage_guide.linkage)
         rho0 = float(found.rho0[0])
         if not np.isfinite(rho0):
             return NOTHING
@@ -138,11 +140,11 @@ class Layers:
             parts = cubic(kappa * rho0, float(found.s[0]) * rho0, reach)
             gap = np.array([complex(np.nan, np.nan)])
             z = np.concatenate([np.append(part, gap) for part in parts]) if parts else gap
-            return self._thinned(pole + rho0 * (z.real * axes[0] + z.imag * axes[1]))
+            return self._thin(pole + rho0 * (z.real * axes[0] + z.imag * axes[1]))
 
         circling = self.frame.along(curve(found.kappa_star[0]) - self._origin)
         centring = element("path", class_="theory", d=polyline(self.frame.at(curve(found.kappa[0])), 1))
-        return centring + self._carried(element("path", class_="theory dashed", d=polyline(circling, 1)))
+        return centring + self._on_coupler(element("path", class_="theory dashed", d=polyline(circling, 1)))
 
     def _velocity(self) -> Markup:
         """Return the velocity of the guided point at constant drive speed, as a scaled arrow."""
@@ -156,7 +158,7 @@ class Layers:
             * LAYER.arrow
             * self.frame.width
         )
-        arrow = _held(arrow, seen)
+        arrow = _fill_invisible(arrow, seen)
         head = 5 * self.frame.point
         size = np.minimum(1, np.abs(arrow) / head)[:, None] * head * np.exp(1j * np.angle(arrow))[:, None]
         barbs = arrow[:, None] - size * np.exp(0.45j * np.array([-1, 1]))
@@ -165,7 +167,7 @@ class Layers:
         ]
         path = element("path", self.clock.animate("d", data), class_="velocity", d=data[self.clock.middle])
         moved = self.clock.moved(self.frame.at(self.shown.guided), "sign", path)
-        return element("g", self._blinking(seen), moved, **self._seen(seen))
+        return element("g", self._visibility_animation(seen), moved, **self._still_opacity(seen))
 
     def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
@@ -188,7 +190,7 @@ class Layers:
 
     def _linkages(self) -> Linkage:
         """Return the linkages in the poses."""
-        kinds = self._of_two_dyads.linkage.dyads[0]
+        kinds = self._linkage_guide.linkage.dyads[0]
         fixed = np.broadcast_to(self.shown.fixed, self.shown.moving.shape)
         z = np.stack([fixed, self.shown.moving], axis=-1)
         w = np.array([[kind != PR, kind != RP] for kind in kinds], float)
@@ -204,20 +206,20 @@ class Layers:
         finite = np.isfinite(pole) & np.isfinite(diameter)
         return np.where(finite, pole, np.nan), np.where(finite, diameter, np.nan)
 
-    def _seen(self, seen: Mask) -> dict[str, str]:
+    def _still_opacity(self, seen: Mask) -> dict[str, str]:
         """Return the opacity of an element in a still; `seen` marks the poses that show it."""
         return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
 
-    def _blinking(self, seen: Mask) -> Markup:
+    def _visibility_animation(self, seen: Mask) -> Markup:
         """Return the animation that hides an element in poses outside the mask `seen`."""
         return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
 
-    def _carried(self, *content: str) -> Markup:
+    def _on_coupler(self, *content: str) -> Markup:
         """Draw parts of the coupler in its given position, about its origin."""
         carrier = self.shown.carried(np.array([self._origin]))[:, 0]
         return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))
 
-    def _thinned(self, z: Complexes) -> Complexes:
+    def _thin(self, z: Complexes) -> Complexes:
         """Drop points of a curve far off the paper, or very close to the previous one."""
         z = np.where(self.frame.near(z, 1.5), z, np.nan)
         kept, last = [], complex(np.nan)
@@ -230,7 +232,7 @@ class Layers:
         return np.array(kept)
 
 
-def _held(z: npt.NDArray[Scalar], seen: Mask) -> npt.NDArray[Scalar]:
+def _fill_invisible(z: npt.NDArray[Scalar], seen: Mask) -> npt.NDArray[Scalar]:
     """Replace invisible values by the nearest visible ones."""
     at = np.flatnonzero(seen)
     return np.asarray(z[at[np.abs(np.arange(len(z))[:, None] - at).argmin(1)]])

@@ -38,7 +38,7 @@ def pen_machine(pen: Pen, shown: Machine) -> None:
 
 
 def pen_ground(pen: Pen, shown: Machine) -> None:
-    """Draw what does not move: supports, drive and lines."""
+    """Draw the fixed parts: supports, drive and lines."""
     for one in shown.supports:
         if isinstance(one, Bearing):
             pen.ground(one.at, one.name, -1j)
@@ -57,7 +57,7 @@ def pen_ground(pen: Pen, shown: Machine) -> None:
 
 
 def pen_pose(pen: Pen, shown: Machine, pose: int, ghost: str = "") -> None:
-    """Draw the bodies in a pose; as a ghost, whose names begin with `ghost`, those that move."""
+    """Draw the bodies in a pose; with `ghost`, the prefix of names, only the moving ones."""
     for level, body in enumerate(shown.bodies):
         if not (ghost and (body.stands or body.kind == "slide")):
             _body(pen, body, pose, level / len(shown.bodies), ghost)

@@ -25,7 +25,7 @@ class PlateLayout(NamedTuple):
     caption: float = 0.66  #: height of a caption
     large: float = 3.6  #: side of a cell among few
     usual: float = 3.1  #: side of a cell among many
-    few: int = 4  #: largest number of cells that count as few
+    few: int = 4  #: largest number of cells with large sides
     narrowest: float = 8.4  #: smallest width of the sheet, for its title
 
 
@@ -40,7 +40,7 @@ def plate(series: Series, file: str | Path | None = None) -> Figure:
     kind = None if file is None else kind_of(Path(file))
     blank(1, 1)  # report a missing matplotlib before the sampling
     shown = cells(series)
-    columns = _columns(len(shown))
+    columns = _cells_per_row(len(shown))
     rows = -(-len(shown) // columns)
     side = PLATE.large if len(shown) <= PLATE.few else PLATE.usual
     width = max(PLATE.narrowest, 2 * MARGIN + columns * side + (columns - 1) * PLATE.gap)
@@ -74,7 +74,7 @@ def file_name(code: str) -> str:
     return plain or "series"
 
 
-def _columns(count: int) -> int:
+def _cells_per_row(count: int) -> int:
     """Return the number of cells per row."""
     if count <= PLATE.few:
         return min(count, 2)

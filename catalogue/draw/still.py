@@ -38,7 +38,7 @@ STILL = StillOptions()
 
 
 def still(guide: Guide) -> Machine:
-    """Describe what a still of a guide shows, with ghosts at the ends of its stroke.
+    """Make the machine of a still, with ghosts at the ends of the stroke.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def still(guide: Guide) -> Machine:
         If a linkage does not lead its guided point over its stroke.
     """
     shown = still_chain_poses(guide).machine if has_bars(guide) else still_poses(guide).machine
-    lines = [*_sweeps(shown), *shown.lines, *(_around(guide) if is_candidate(guide) else [])]
+    lines = [*_sweeps(shown), *shown.lines, *(_path_outside_stroke(guide) if is_candidate(guide) else [])]
     ends = {"start": 0, "end": -1} if has_stroke(guide) else {}
     seen = [*ends.values(), shown.middle]
     return replace(
@@ -68,14 +68,14 @@ def _sweeps(shown: Machine) -> list[Line]:
     ]
 
 
-def _around(candidate: Candidate) -> list[Line]:
+def _path_outside_stroke(candidate: Candidate) -> list[Line]:
     """Return the path beyond both ends of the stroke and, if any, over a full turn."""
     frame, lines = candidate.frame, []
     if candidate.driver in candidate.rotates:
         whole = candidate.run(whole=True)
         lines.append(Line("path-turn", LineKind.TURN, whole.path(whole.polyline())))
     home = candidate.at_home()
-    tangent = complex(_measured(home)[0].tangent[0])
+    tangent = complex(_curve_at_home(home)[0].tangent[0])
     bent = complex(np.exp(0.5j * np.radians(candidate.arc_angle or 0.0))) if candidate.is_wide else 1.0
     tails = path_beyond(home.run(), tangent, STILL.beyond * candidate.stroke, bent)
     names = ("path-before", "path-after")
@@ -88,7 +88,7 @@ def _around(candidate: Candidate) -> list[Line]:
     ]
 
 
-def _measured(candidate: Candidate) -> tuple[CouplerCurve | CircuitCurve, Traced]:
+def _curve_at_home(candidate: Candidate) -> tuple[CouplerCurve | CircuitCurve, Traced]:
     """Return the curve of a candidate at home, and its stroke on it."""
     here, traced = candidate.traced
     if isinstance(here, CouplerCurve) and traced.relative[0] < PLACEMENT.fine:
@@ -137,7 +137,7 @@ def deviation_along(guide: Candidate | ChainStretch) -> tuple[Floats, Floats]:
         z = guide.motion(2 * STILL.nodes + 1).points[guide.point]
         return ((z - guide.frame.origin) * guide.frame.direction.conjugate()).real, guide.deviations(z)
     candidate = guide.at_home()
-    return _deviation(candidate, *_measured(candidate))
+    return _deviation(candidate, *_curve_at_home(candidate))
 
 
 def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: Traced) -> tuple[Floats, Floats]:

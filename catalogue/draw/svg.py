@@ -97,14 +97,14 @@ def _hull(z: Complexes, near: float) -> Complexes:
     for way in (corner, corner[::-1]):
         chain: list[complex] = []
         for point in way:
-            while len(chain) > 1 and _left(chain[-2], chain[-1], point) <= near * abs(point - chain[-2]):
+            while len(chain) > 1 and _signed_area(chain[-2], chain[-1], point) <= near * abs(point - chain[-2]):
                 chain.pop()
             chain.append(point)
         ends += chain[:-1]
     return np.array(ends)
 
 
-def _left(a: complex, b: complex, c: complex) -> float:
+def _signed_area(a: complex, b: complex, c: complex) -> float:
     """Return twice the area of a triangle, positive for corners in order of ascending angle."""
     return ((b - a).conjugate() * (c - a)).imag
 

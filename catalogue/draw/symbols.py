@@ -43,7 +43,7 @@ class Pen:
         from matplotlib.lines import Line2D
 
         style = {"solid_capstyle": "round", "solid_joinstyle": "round", "clip_on": False, **style}
-        self._taken(z, style["zorder"])
+        self._reserve(z, style["zorder"])
         self.axes.add_line(Line2D(z.real, z.imag, gid=gid, **style))
 
     def _plate(
@@ -53,7 +53,7 @@ class Pen:
         from matplotlib.patches import Polygon
 
         z = rounded(z, radius * self.point)
-        self._taken(np.append(z, z[0]), zorder)
+        self._reserve(np.append(z, z[0]), zorder)
         self.axes.add_patch(
             Polygon(
                 np.stack([z.real, z.imag], 1),
@@ -68,7 +68,7 @@ class Pen:
             )
         )
 
-    def _taken(self, z: Array, zorder: float) -> None:
+    def _reserve(self, z: Array, zorder: float) -> None:
         if zorder >= SOLID:
             z = z[np.isfinite(z)]
             run = np.append(0, np.cumsum(np.abs(np.diff(z))))

@@ -48,8 +48,8 @@ class Vignette:
         self.parallel = bool(cell.curvature.state[0] == PARALLEL)
         self.kinds = cell.linkage.dyads[0]
         self.z = cell.linkage.points[0]
-        self.joint = self._joints()
-        self.centre, half = self._square()
+        self.joint = self._coupler_ends()
+        self.centre, half = self._bounding_square()
         self.half = half / (1 - 2 * VIGNETTE.border / points)
         self.point = 2 * self.half / points
         self.pen = Pen(axes, VIGNETTE.small * self.point)
@@ -57,7 +57,7 @@ class Vignette:
         axes.set_xlim(self.centre.real - self.half, self.centre.real + self.half)
         axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
 
-    def _joints(self) -> Complexes:
+    def _coupler_ends(self) -> Complexes:
         """Return the ends of the coupler: moving pivots, or feet on the slots."""
         z, kinds = self.z, self.kinds
         ends = z[:, 1].copy()
@@ -68,7 +68,7 @@ class Vignette:
             ends[i] = z[1 - i, 1] - ((z[1 - i, 1] - z[i, 0]) * z[i, 1].conjugate()).real * z[i, 1]
         return np.asarray(ends)
 
-    def _square(self) -> tuple[complex, float]:
+    def _bounding_square(self) -> tuple[complex, float]:
         """Return centre and half side of the least square about circles and linkage."""
         guided = np.concatenate([g.pairs[0] for g in self.cell.guided] or [np.zeros((0, 3))])
         guided = (guided[:, 0] + 1j * guided[:, 1])[guided[:, 2] != 0]
@@ -81,11 +81,11 @@ class Vignette:
 
     def draw(self) -> None:
         """Draw everything, the names last."""
-        self._axes()
-        self._loci()
-        self._rays()
+        self._draw_axes()
+        self._draw_loci()
+        self._draw_rays()
         self._linkage()
-        names = [self._guided(number) for number in range(len(self.cell.guided))]
+        names = [self._draw_guided_pair(number) for number in range(len(self.cell.guided))]
         self.pen.dot(0j, self.prefix + "pole", INK, zorder=11)
         for z in self.pen.taken:
             self.labels.avoid(z, COST.solid)
@@ -105,7 +105,7 @@ class Vignette:
         self.pen.line(z, self.prefix + gid, color=colour, linewidth=width, zorder=zorder, linestyle=dash, clip_on=True)
         self.labels.avoid(z, COST.curve)
 
-    def _axes(self) -> None:
+    def _draw_axes(self) -> None:
         end, tip = self.centre + (1 + 1j) * self.half, 4.5 * self.point
         start = self.centre - (1 + 1j) * self.half
         for gid, a, b in (
@@ -122,7 +122,7 @@ class Vignette:
                 zorder=0.5,
             )
 
-    def _loci(self) -> None:
+    def _draw_loci(self) -> None:
         """Draw the two circles and the two cubics, those of the fixed plane below."""
         at = self.cell.curvature
         reach = 2 * (abs(self.centre) + 2 * self.half)
@@ -140,8 +140,8 @@ class Vignette:
             for i, part in enumerate(parts):
                 self._line(part, f"{gid}-{i + 1}", colour, width, level)
 
-    def _rays(self) -> None:
-        """Draw the lines on which fixed pivot, moving pivot and pole stand."""
+    def _draw_rays(self) -> None:
+        """Draw the rays through fixed pivot, moving pivot and pole."""
         for i, ray in enumerate(self.cell.linkage.rays[0]):
             pivots = self.z[i][self.cell.linkage.finite[0, i]]
             if not self.parallel:
@@ -159,16 +159,16 @@ class Vignette:
                 half = 2.1 * BLOCK[0] * pen.point
                 pen.track(moving, fixed, (-half, half), others, name % "guide")
             else:
-                pen.ground(fixed, name % "ground", self._down(i))
+                pen.ground(fixed, name % "ground", self._bearing_direction(i))
                 pen.pivot(fixed, name % "fixed-pivot")
             if kind == RP:
                 along, foot = 1j * moving, self.joint[i]
                 ends = np.array([((fixed - foot) * along.conjugate()).real, 0])
                 spare = (BLOCK[0] + 10) * pen.point * np.array([-1, 1])
                 rod = foot + along * (np.sort(ends) + spare)
-            self._dyad(kind, fixed, moving, rod, name)
+            self._draw_dyad(kind, fixed, moving, rod, name)
 
-    def _dyad(self, kind: int, fixed: complex, moving: complex, rod: Complexes | None, name: str) -> None:
+    def _draw_dyad(self, kind: int, fixed: complex, moving: complex, rod: Complexes | None, name: str) -> None:
         """Draw the moving parts of a dyad, without coupler; `rod` is the line of a slide, (2,)."""
         pen = self.pen
         if kind == RR:
@@ -181,7 +181,7 @@ class Vignette:
         if kind != RP:
             pen.pivot(moving, name % "moving-pivot")
 
-    def _down(self, i: int) -> complex:
+    def _bearing_direction(self, i: int) -> complex:
         """Return the direction in which a bracket covers least of the linkage."""
         fixed, share = self.z[i, 0], np.linspace(0, 1, 101)
         links = [self.joint, *(self.z[j] for j in (0, 1) if self.kinds[j] == RR)]
@@ -196,7 +196,7 @@ class Vignette:
 
         return min(BEARING_DIRECTIONS, key=hidden)
 
-    def _guided(self, number: int) -> tuple[complex, str, str]:
+    def _draw_guided_pair(self, number: int) -> tuple[complex, str, str]:
         """Draw a guided pair.
 
         Return the place of its name, the name and the kind of element.
@@ -223,7 +223,7 @@ class Vignette:
                 self._line(z, f"{gid}-slot-{side + 2}", PATH, 1.0, 7)
         if seen[0]:
             self.pen.pivot(fixed, self.prefix + gid + "-fixed", PATH, zorder=10)
-        at = moving if seen[1] else fixed if seen[0] else self._border(moving if finite[1] else fixed)
+        at = moving if seen[1] else fixed if seen[0] else self._point_on_border(moving if finite[1] else fixed)
         return at, guided.label, self.prefix + gid
 
     def _path(self, moving: complex, centre: complex | None, normal: complex, gid: str) -> None:
@@ -236,7 +236,7 @@ class Vignette:
             z = centre + arm * np.exp(1j * np.clip(run / abs(arm), -1.2, 1.2))
         self.pen.line(z, self.prefix + gid + "-path", color=PATH, linewidth=1.7, zorder=7)
 
-    def _border(self, z: complex) -> complex:
+    def _point_on_border(self, z: complex) -> complex:
         """Return the point of the frame towards a point outside it, seen from the pole."""
         off = z - self.centre
         return self.centre + off * 0.93 * self.half / max(abs(off.real), abs(off.imag))
