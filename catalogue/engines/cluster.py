@@ -77,7 +77,7 @@ class Cluster(Engine):
             if done.cancelled():
                 outer.set_exception(EngineError("the cluster has cancelled a task: has its scheduler ended?"))
             elif error is not None:
-                outer.set_exception(_told(error))
+                outer.set_exception(_as_own_error(error))
             else:
                 outer.set_result(done.result())
 
@@ -107,7 +107,7 @@ def _run(begin: Begin | None, function: Callable[..., Any], arguments: Any, keyw
     return function(*arguments, **keywords)
 
 
-def _told(error: BaseException) -> BaseException:
+def _as_own_error(error: BaseException) -> BaseException:
     """Return the error of a task; `WorkerKilled` where the scheduler gave it up."""
     from distributed.scheduler import KilledWorker
 

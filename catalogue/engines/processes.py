@@ -68,16 +68,16 @@ class Processes(Engine):
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any, **keywords: Any) -> Future[Any]:
         """Run a task in the next free process; messages name it by its first argument."""
-        return self._threads.submit(self._ask, (function, arguments, keywords), self.tries)
+        return self._threads.submit(self._send_task, (function, arguments, keywords), self.tries)
 
-    def _ask(self, task: tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]], tries: int) -> Any:
+    def _send_task(self, task: tuple[Callable[..., Any], tuple[Any, ...], dict[str, Any]], tries: int) -> Any:
         if self._over:
             raise WorkerKilled("the workers have ended")
         try:
             return self._made(task)
         except WorkerKilled as error:
             if tries > 1 and not self._over:
-                return self._ask(task, tries - 1)
+                return self._send_task(task, tries - 1)
             raise WorkerKilled(f"{error}, {self.tries} times: free some memory, or use fewer processes") from error
 
     def _process(self) -> subprocess.Popen[bytes] | None:
@@ -87,8 +87,8 @@ class Processes(Engine):
             # each process computes on one core: several threads of linear algebra would compete for
             # it
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-            # the process finds the same modules as this one: -P keeps a file in the current folder
-            # from replacing one
+            # the process imports the modules of this one; with -P a file in the current folder
+            # cannot replace one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
             try:
                 process = self._local.process = subprocess.Popen(  # nosec B603
@@ -112,7 +112,7 @@ class Processes(Engine):
         name = shortened(name, 60)
         process, late = self._process(), threading.Event()
         if process is None:
-            return self._made_here(*task)
+            return self._execute_here(*task)
         alarm = None
         if self.limit is not None:
 
@@ -145,7 +145,7 @@ class Processes(Engine):
             raise answer
         return answer
 
-    def _made_here(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
+    def _execute_here(self, function: Callable[..., Any], arguments: tuple[Any, ...], keywords: dict[str, Any]) -> Any:
         """Run a task in this process."""
         if self._begin is not None and not self._begun:
             self._begin()
