@@ -51,7 +51,7 @@ def links_of(one: Chain) -> Links:
         block = _block_name(structure, slide.second)
         if blocks[slide.second]:
             block += f" {len(blocks[slide.second]) + 1}"
-        shortest, longest = _travel(one, number, low, high)
+        shortest, longest = _travel_range(one, number, low, high)
         slots[slide.first][block] = z[joint] + along * shortest, z[joint] + along * longest
         blocks[slide.second].append(Link(block, "block", z[joint], along, {joint: 0j}, {}, slide.first))
     ends = [end for every in slots.values() for pair in every.values() for end in pair]
@@ -61,7 +61,9 @@ def links_of(one: Chain) -> Links:
     for name, joints in sorted(structure.bars, key=lambda bar: bar[0] != "frame"):
         kind = "frame" if name == "frame" else "bar"
         if all(block.name != name for block in blocks[name]):
-            links.append(link_of(name, kind, _apart({joint: z[joint] for joint in joints}, size), slots[name]))
+            links.append(
+                link_of(name, kind, _drop_coincident_holes({joint: z[joint] for joint in joints}, size), slots[name])
+            )
         links += blocks[name]
     wheels = [circle for gear in structure.gears for circle in pitch_circles(structure, gear, one.chain.z[:, 0])]
     return Links(links, path, knots, size, one.name or "mechanism", spans(one.chain), wheels, _notes(structure))
@@ -88,7 +90,7 @@ def _block_name(structure: Structure, slider: str) -> str:
     return slider if len(joints) == 1 and runs == 1 else f"{slider} block"
 
 
-def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, float]:
+def _travel_range(one: Chain, number: int, low: float, high: float) -> tuple[float, float]:
     """Compute the range of a slider's displacement from the given pose [length]."""
     samples = one.samples(low, high)
 
@@ -100,7 +102,7 @@ def _travel(one: Chain, number: int, low: float, high: float) -> tuple[float, fl
     return lowest(way, samples.at, here), -lowest(lambda phases: -way(phases), samples.at, -here)
 
 
-def _apart(holes: dict[str, complex], size: float) -> dict[str, complex]:
+def _drop_coincident_holes(holes: dict[str, complex], size: float) -> dict[str, complex]:
     """Drop all but one of coincident holes."""
     kept: dict[str, complex] = {}
     for name, z in holes.items():

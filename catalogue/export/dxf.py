@@ -98,16 +98,16 @@ def drawing(guide: Guide, links: Links, cut: list[Part], options: Options) -> Dr
     names = block_names([part.link.name for part in cut])
     for part in cut:
         link = part.link
-        _block(document, part, names[link.name])
+        _define_block(document, part, names[link.name])
         where = {"layer": "FRAME" if link.kind == "frame" else "LINKS", "rotation": link.angle}
         space.add_blockref(names[link.name], _xy(link.origin), dxfattribs=where)
-    _path(space, links)
+    _draw_path(space, links)
     if links.wheels:
         document.layers.add("WHEELS", color=LAYERS["FRAME"])
     for _, centre, radius in links.wheels:
         space.add_circle(_xy(centre), radius, dxfattribs={"layer": "WHEELS"})
     layout = laid_out(cut, stacked(cut, placed_over(guide, links, POSES)), links)
-    _beside(space, layout)
+    _draw_parts_to_cut(space, layout)
     _dimensions(document, links, layout.letter)
     zoom.extents(space)
     return document
@@ -127,7 +127,7 @@ def _outline(space: BaseLayout, outline: Outline, layer: str) -> None:
     space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
 
 
-def _block(document: Drawing, part: Part, name: str) -> None:
+def _define_block(document: Drawing, part: Part, name: str) -> None:
     """Define the block of a link."""
     block = document.blocks.new(name)
     block.units = int(document.units)  # type: ignore[assignment]  # its types want it as it reads it
@@ -138,7 +138,7 @@ def _block(document: Drawing, part: Part, name: str) -> None:
         block.add_circle(_xy(z), 0.5 * part.bore, dxfattribs={"layer": "PIVOTS"})
 
 
-def _path(space: Modelspace, links: Links) -> None:
+def _draw_path(space: Modelspace, links: Links) -> None:
     """Draw the path as the cubic spline through its points."""
     spline = cubic(links.knots, links.path)
     space.add_open_spline(
@@ -184,7 +184,7 @@ def _dimensions(document: Drawing, links: Links, letter: float) -> None:
         up = 1j * (b - a) / abs(b - a)
         side = up if ((0.5 * (a + b) - middle) * up.conjugate()).real > 0 else -up
         away = 4 * letter
-        while any(_meet((a + away * side, b + away * side), line, 2.5 * letter) for line in lines):
+        while any(_run_side_by_side((a + away * side, b + away * side), line, 2.5 * letter) for line in lines):
             away += 3 * letter
         lines.append((a + away * side, b + away * side))
         document.modelspace().add_aligned_dim(
@@ -196,7 +196,7 @@ def _dimensions(document: Drawing, links: Links, letter: float) -> None:
         ).render()
 
 
-def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
+def _run_side_by_side(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
     """Tell whether two nearly parallel lines run side by side within a distance."""
     along = (one[1] - one[0]) / abs(one[1] - one[0])
     start, end = ((z - one[0]) * along.conjugate() for z in other)
@@ -210,7 +210,7 @@ def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: fl
     )
 
 
-def _beside(space: Modelspace, layout: Layout) -> None:
+def _draw_parts_to_cut(space: Modelspace, layout: Layout) -> None:
     """Draw the parts to cut, and all names and notes."""
     for part, shift in layout.parts:
         for outline in (part.edge, *part.slots.values()):

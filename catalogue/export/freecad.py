@@ -118,11 +118,11 @@ def macro(guide: Guide, options: Options) -> str:
         links="".join(told),
         notes="".join(f"# {line}\n" for line in [*levels.notes(), *links.notes]),
         top=levels.top,
-        path="".join(f"    ({z.real!r}, {z.imag!r}, {u!r}),\n" for z, u in zip(*_told(links), strict=True)),
+        path="".join(f"    ({z.real!r}, {z.imag!r}, {u!r}),\n" for z, u in zip(*_path_and_knots(links), strict=True)),
     )
 
 
-def _told(links: Links) -> tuple[list[complex], list[float]]:
+def _path_and_knots(links: Links) -> tuple[list[complex], list[float]]:
     """Return the points of the path, and the parameters of its spline at them."""
     return links.path.tolist(), links.knots.tolist()
 

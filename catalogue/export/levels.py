@@ -73,14 +73,14 @@ def stacked(cut: Sequence[Part], places: Places) -> Levels:
     for part in cut:
         groups.setdefault(part.link.within or part.link.name, []).append(part)
     names = list(groups)
-    hulls = {name: [_over_motion(part, places) for part in parts] for name, parts in groups.items()}
-    conflicts = {pair for pair in combinations(names, 2) if _meet(hulls[pair[0]], hulls[pair[1]])}
-    pins = _pins(groups, places)
+    hulls = {name: [_hull_over_motion(part, places) for part in parts] for name, parts in groups.items()}
+    conflicts = {pair for pair in combinations(names, 2) if _any_overlap(hulls[pair[0]], hulls[pair[1]])}
+    pins = _pin_groups(groups, places)
     crossings = {
         (pin, name)
         for pin, (ends, hull) in pins.items()
         for name in names
-        if name not in ends and _meet([hull], hulls[name])
+        if name not in ends and _any_overlap([hull], hulls[name])
     }
     ends = {pin: joined for pin, (joined, _) in pins.items()}
     of = _Assignment(names, conflicts, crossings, ends).best()
@@ -149,14 +149,14 @@ def _is_between(of: Mapping[str, int], ends: Sequence[str], name: str) -> bool:
 Hull = tuple[Complexes, float]
 
 
-def _over_motion(part: Part, places: Places) -> Hull:
+def _hull_over_motion(part: Part, places: Places) -> Hull:
     """Return the hull of a part in all poses."""
     origin, turn = places[part.link.name]
     corners = np.array(part.core, complex)
     return origin[:, None] + turn[:, None] * corners, part.border
 
 
-def _pins(groups: Mapping[str, list[Part]], places: Places) -> dict[str, tuple[tuple[str, ...], Hull]]:
+def _pin_groups(groups: Mapping[str, list[Part]], places: Places) -> dict[str, tuple[tuple[str, ...], Hull]]:
     """Return the pins by pivot: the groups that each joins, and its disc in all poses."""
     found: dict[str, tuple[tuple[str, ...], Hull]] = {}
     for group, parts in groups.items():
@@ -169,18 +169,18 @@ def _pins(groups: Mapping[str, list[Part]], places: Places) -> dict[str, tuple[t
     return {pin: (ends, hull) for pin, (ends, hull) in found.items() if len(ends) > 1}
 
 
-def _meet(one: Sequence[Hull], other: Sequence[Hull]) -> bool:
+def _any_overlap(one: Sequence[Hull], other: Sequence[Hull]) -> bool:
     """Return whether any two hulls overlap in any pose."""
-    return any(bool(_overlap(a, b).any()) for a in one for b in other)
+    return any(bool(_overlapping_poses(a, b).any()) for a in one for b in other)
 
 
-def _overlap(one: Hull, other: Hull) -> Mask:
+def _overlapping_poses(one: Hull, other: Hull) -> Mask:
     """Return in which poses two hulls overlap, shape (m,)."""
     (a, border_a), (b, border_b) = one, other
     m = max(len(a), len(b))
     a, b = (np.broadcast_to(z, (m, z.shape[1])) for z in (a, b))
-    near = np.minimum(_gap(a, b), _gap(b, a)) < (border_a + border_b) * (1 - 1e-9)
-    return np.asarray(near | _cross(a, b) | _holds(a, b[:, 0]) | _holds(b, a[:, 0]))
+    near = np.minimum(_corner_distance(a, b), _corner_distance(b, a)) < (border_a + border_b) * (1 - 1e-9)
+    return np.asarray(near | _cross(a, b) | _contains(a, b[:, 0]) | _contains(b, a[:, 0]))
 
 
 def _sides(z: Complexes) -> tuple[Complexes, Complexes]:
@@ -188,7 +188,7 @@ def _sides(z: Complexes) -> tuple[Complexes, Complexes]:
     return z, np.roll(z, -1, axis=1) - z
 
 
-def _gap(corners: Complexes, polygon: Complexes) -> np.ndarray:
+def _corner_distance(corners: Complexes, polygon: Complexes) -> np.ndarray:
     """Compute the least distance of corners (m, p) from sides (m, q), shape (m,)."""
     start, way = _sides(polygon)
     away = corners[:, :, None] - start[:, None]
@@ -210,7 +210,7 @@ def _cross(a: Complexes, b: Complexes) -> Mask:
     return np.asarray((one & two).any((1, 2)))
 
 
-def _holds(polygon: Complexes, z: Complexes) -> Mask:
+def _contains(polygon: Complexes, z: Complexes) -> Mask:
     """Return in which poses a convex polygon (m, k), counterclockwise, holds a place (m,)."""
     start, way = _sides(polygon)
     if polygon.shape[1] < 3:

@@ -133,11 +133,11 @@ def taken_apart(guide: Guide) -> Links:
             links.append(link_of(f"crank {i + 1}", "crank", {f"A{i + 1}": fixed, f"A{i + 1}*": moving}))
         elif kinds[i] == PR:
             along = -1j * fixed
-            tracks[f"slider {i + 1}"] = _slot(run, i, moving, along)
+            tracks[f"slider {i + 1}"] = _slot_ends(run, i, moving, along)
             links.append(Link(f"slider {i + 1}", "block", moving, along, {f"A{i + 1}*": 0j}, {}, "frame"))
         else:
             along = -1j * moving
-            ways[f"slide {i + 1}"] = _slot(run, i, fixed, along)
+            ways[f"slide {i + 1}"] = _slot_ends(run, i, fixed, along)
             links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}, "coupler"))
     if output := rod_and_rocker(guide):
         joint = output[0][1]
@@ -228,7 +228,7 @@ def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
     return found
 
 
-def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, complex]:
+def _slot_ends(run: Run, i: int, here: complex, along: complex) -> tuple[complex, complex]:
     """Return the ends of a block's travel, given its place in the given position."""
     low, high = run.travel(i, along)
     start = (here * along.conjugate()).real
@@ -243,16 +243,16 @@ def link_of(
     origin, *others = [*holes.values(), *ends]
     alone = ends[1] - ends[0] if ends else 0j
     way = alone if len(holes) < 2 else others[0] - origin
-    return _at(name, kind, origin, way, holes, slots or {})
+    return _placed_block(name, kind, origin, way, holes, slots or {})
 
 
 def _coupler(guide: PlacedGuide, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]]) -> Link:
     """Return the coupler in the coordinates `point along` and `point across`."""
     origin, ahead = (complex(in_coupler(guide.linkage, np.array([z]))[0]) for z in (0j, 1 + 0j))
-    return _at("coupler", "coupler", origin, ahead - origin, holes, slots)
+    return _placed_block("coupler", "coupler", origin, ahead - origin, holes, slots)
 
 
-def _at(
+def _placed_block(
     name: str,
     kind: str,
     origin: complex,

@@ -106,13 +106,13 @@ class Sizes:
             Unless width and hole are above zero, the hole is narrower than the bar, and no two
             holes of a link meet.
         """
-        pitch, link, pair = _closest(links)
+        pitch, link, pair = _closest_holes(links)
         wide = (
-            _round(min(PROPORTION.width * links.size, PROPORTION.pitch * pitch))
+            _round_down(min(PROPORTION.width * links.size, PROPORTION.pitch * pitch))
             if width is None
             else positive("bar width", width)
         )
-        bore = _round(min(0.5 * wide, 0.5 * pitch)) if hole is None else positive("hole", hole)
+        bore = _round_down(min(0.5 * wide, 0.5 * pitch)) if hole is None else positive("hole", hole)
         if hole is not None and width is None:
             wide = max(wide, 2 * bore)
         if bore >= wide:
@@ -183,7 +183,7 @@ def convex(places: list[complex]) -> list[complex]:
         return [complex(z[run.argmin()]), complex(z[run.argmax()])]
 
 
-def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
+def _closest_holes(links: Links) -> tuple[float, str, tuple[str, str]]:
     """Find the closest two holes of a link: distance, link and holes."""
     pairs = (
         (abs(a - b), link.name, (one, other))
@@ -195,7 +195,7 @@ def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
     return min(pairs, default=(links.size, "", ("", "")))
 
 
-def _round(value: float) -> float:
+def _round_down(value: float) -> float:
     """Round down to a round number: 1, 1.5, 2, ... 8 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     share = max(m for m in (1, 1.5, 2, 3, 4, 5, 6, 8) if m * power <= value * (1 + 1e-12) or m == 1)

@@ -84,7 +84,7 @@ def parameters(guide: Guide, options: Options) -> list[Parameter]:
         for wheel, _, radius in links.wheels:
             length(f"wheel {wheel} radius", radius, f"pitch radius of {wheel}")
     else:
-        _of_linkage(guide, length, place, angle)
+        _add_linkage(guide, length, place, angle)
     names = distinct([p.name for p in found])
     found = [replace(p, name=name) for p, name in zip(found, names, strict=True)]
     sizes = Sizes.of(links, options.bar_width, options.hole)
@@ -95,7 +95,7 @@ def parameters(guide: Guide, options: Options) -> list[Parameter]:
     return found
 
 
-def _of_linkage(guide: PlacedGuide, length: Told, place: Told, angle: Told) -> None:
+def _add_linkage(guide: PlacedGuide, length: Told, place: Told, angle: Told) -> None:
     """List lengths, pivots and directions of a linkage of two dyads."""
     linkage = guide.linkage
     for name, value in guide.lengths.items():

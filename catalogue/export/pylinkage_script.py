@@ -119,7 +119,7 @@ def script(guide: PlacedGuide, options: Options) -> str:
         raise InvalidRequest("a script for pylinkage asserts a deviation: export an answer of `find` or `measure`")
     if guide.pole is not None or guide.span().cusp.any():
         raise InvalidRequest("this guide passes a change point, or returns: pylinkage would leave its branch there")
-    moved, crank = _driven(guide)
+    moved, crank = _best_driven_motion(guide)
     z, kinds = guide.linkage.points[0], guide.linkage.dyads[0]
     other = 1 - crank
     start = np.radians(moved.drive)
@@ -139,7 +139,7 @@ def script(guide: PlacedGuide, options: Options) -> str:
     meaning, measure, longest = "half the width of the narrowest strip", LINE, float(guide.linkage.size[0])
     if guide.radius is not None:
         meaning = f"from the best-placed arc of radius {guide.radius:.9g}"
-        centre = _centre(moved.points["guided"], guide.radius, moved.deviation)
+        centre = _fit_centre(moved.points["guided"], guide.radius, moved.deviation)
         measure, longest = ARC.format(centre=centre, radius=guide.radius), longest + guide.radius
     return SCRIPT.format(
         family=family,
@@ -167,14 +167,14 @@ def script(guide: PlacedGuide, options: Options) -> str:
     )
 
 
-def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
+def _best_driven_motion(guide: PlacedGuide) -> tuple[GuideMotion, int]:
     """Return the motion over the stroke by the crank that drives best, and its index."""
     found = []
     for i in np.flatnonzero(guide.linkage.dyads[0] == RR).tolist():
         moved = guide.motion(LIMITS.steps, driver=i + 1)
         turned = np.diff(moved.drive)
         if (turned > 0).all() or (turned < 0).all():
-            found.append((_nearness(guide, moved, i), i, moved))
+            found.append((_closest_approach(guide, moved, i), i, moved))
     if not found or min(found, key=lambda one: one[0])[0] > LIMITS.near:
         raise InvalidRequest(
             "no crank drives this guide over its stroke without coming near a dead point or a change point: pylinkage "
@@ -184,7 +184,7 @@ def _driven(guide: PlacedGuide) -> tuple[GuideMotion, int]:
     return moved, crank
 
 
-def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
+def _closest_approach(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
     """Return the largest step of the other dyad's joint over the distance of assemblies."""
     other, z = 1 - crank, guide.linkage.points[0]
     pin, joint = moved.points[f"A{crank + 1}*"], moved.points[f"A{other + 1}*"]
@@ -198,7 +198,7 @@ def _nearness(guide: PlacedGuide, moved: GuideMotion, crank: int) -> float:
         return float(np.nan_to_num(step / np.minimum(apart[1:], apart[:-1]), nan=0.0).max())
 
 
-def _centre(z: Complexes, radius: float, deviation: Any) -> complex:
+def _fit_centre(z: Complexes, radius: float, deviation: Any) -> complex:
     """Fit the centre of the circle with given distances of points (m,), positive to the left."""
     chord = z[-1] - z[0]
     middle, along = 0.5 * (z[0] + z[-1]), chord / abs(chord)

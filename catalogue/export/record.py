@@ -25,11 +25,11 @@ ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 def written_json(guide: Guide, options: Options) -> str:
     """Return the guide as JSON: pivots, lengths, limits, measures, provenance, to all digits."""
     told: dict[str, Any] = getattr(guide, "to_dict", dict)()
-    record = _of_bars(guide) if has_bars(guide) else _of_linkage(guide, options, told)
+    record = _chain_record(guide) if has_bars(guide) else _linkage_record(guide, options, told)
     return json.dumps(record, indent=1, allow_nan=False) + "\n"
 
 
-def _of_bars(guide: OwnChain) -> dict[str, Any]:
+def _chain_record(guide: OwnChain) -> dict[str, Any]:
     """Return an `OwnChain` in the form that `catalogue.mechanism` reads, with its measures."""
     given = guide.given
     return {
@@ -41,7 +41,7 @@ def _of_bars(guide: OwnChain) -> dict[str, Any]:
     }
 
 
-def _of_linkage(guide: PlacedGuide, options: Options, told: dict[str, Any]) -> dict[str, Any]:
+def _linkage_record(guide: PlacedGuide, options: Options, told: dict[str, Any]) -> dict[str, Any]:
     return {
         "unit": options.unit,
         "family": str(guide.linkage.family[0]),

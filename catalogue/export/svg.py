@@ -68,12 +68,12 @@ def written_svg(guide: Guide, options: Options) -> str:
     corners: list[complex] = [*links.path.tolist()]
     for part in cut:
         layer = "FRAME" if part.link.kind == "frame" else "LINKS"
-        edges, holes = _drawn(part, part.link.origin, part.link.turn)
+        edges, holes = _part_elements(part, part.link.origin, part.link.turn)
         groups[layer].append(element("g", *edges, id=part.link.name))
         groups["PIVOTS"] += holes
         corners += part.edge.placed(part.link.origin, part.link.turn).points()
     for part, shift in layout.parts:
-        edges, holes = _drawn(part, shift)
+        edges, holes = _part_elements(part, shift)
         groups["CUT"].append(element("g", *edges, *holes, id=f"cut {part.link.name}"))
         corners += part.edge.placed(shift).points()
     for _, centre, radius in links.wheels:
@@ -112,7 +112,7 @@ def _group(name: str, content: list[Markup], hairline: float, letter: float) -> 
     return element("g", *content, id=name, **style)
 
 
-def _drawn(part: Part, origin: complex, turn: complex = 1 + 0j) -> tuple[list[Markup], list[Markup]]:
+def _part_elements(part: Part, origin: complex, turn: complex = 1 + 0j) -> tuple[list[Markup], list[Markup]]:
     """Return edge and slots of a part, and its holes, at a place."""
     edges = [_outline(edge.placed(origin, turn)) for edge in (part.edge, *part.slots.values())]
     return edges, [_circle(origin + turn * z, 0.5 * part.bore) for z in part.holes.values()]
@@ -120,15 +120,15 @@ def _drawn(part: Part, origin: complex, turn: complex = 1 + 0j) -> tuple[list[Ma
 
 def _outline(outline: Outline) -> Markup:
     """Return an outline as a path of lines and arcs."""
-    steps = [f"M{_place(outline.corners[0])}"]
+    steps = [f"M{_point(outline.corners[0])}"]
     for k, bulge in enumerate(outline.bulges):
         start, end = outline.corners[k], outline.corners[(k + 1) % len(outline.corners)]
         if bulge:
             sweep = 4 * math.atan(abs(bulge))
             radius = _number(0.5 * abs(end - start) / math.sin(0.5 * sweep))
-            steps.append(f"A{radius} {radius} 0 {int(sweep > math.pi)} {int(bulge < 0)} {_place(end)}")
+            steps.append(f"A{radius} {radius} 0 {int(sweep > math.pi)} {int(bulge < 0)} {_point(end)}")
         else:
-            steps.append(f"L{_place(end)}")
+            steps.append(f"L{_point(end)}")
     return element("path", d=f"{' '.join(steps)} Z")
 
 
@@ -139,15 +139,15 @@ def _bezier(links: Links) -> str:
     step = np.diff(breaks)[:, None] / 3
     ends, slopes = spline(breaks), spline.derivative()(breaks)
     first, second = ends[:-1] + step * slopes[:-1], ends[1:] - step * slopes[1:]
-    curves = [" ".join(_place(complex(*z)) for z in three) for three in zip(first, second, ends[1:], strict=True)]
-    return f"M{_place(complex(*ends[0]))} C{' '.join(curves)}"
+    curves = [" ".join(_point(complex(*z)) for z in three) for three in zip(first, second, ends[1:], strict=True)]
+    return f"M{_point(complex(*ends[0]))} C{' '.join(curves)}"
 
 
 def _circle(centre: complex, radius: float) -> Markup:
     return element("circle", cx=_number(centre.real), cy=_number(-centre.imag), r=_number(radius))
 
 
-def _place(z: complex) -> str:
+def _point(z: complex) -> str:
     return f"{_number(z.real)} {_number(-z.imag)}"
 
 
