@@ -140,7 +140,7 @@ def candidate_of(text: str) -> Candidate:
         held = json.loads(text)
         if held.pop("kind") != "Candidate":
             raise InvalidRequest("it is no answer of a find")
-        one: Candidate = _sound(Candidate(**held))
+        one: Candidate = _check_types(Candidate(**held))
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
     return one
@@ -188,14 +188,14 @@ def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | No
             values["_window"] = tuple(values["_window"])
         if kind not in kinds:
             raise InvalidRequest(f"{quoted(kind)} is no kind of answer")
-        one = _sound(kinds[kind](**values))
+        one = _check_types(kinds[kind](**values))
         measured_again.check(one)
         return one
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
 
 
-def _sound(one: Answer) -> Answer:
+def _check_types(one: Answer) -> Answer:
     """Check the types of the fields of an answer; `ValueError` for a wrong one."""
     for name, declared in field_types(type(one)).items():  # type: ignore[arg-type]  # a class can be hashed
         value = getattr(one, name)

@@ -56,7 +56,7 @@ class Cell:
 def census(database: Database, registry: Registry) -> list[Cell]:
     """Count the mechanisms in each cell of the series, then in families of collections."""
     database.check()
-    held = _held(database)
+    held = _count_stored(database)
     built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
     cells = []
     for series in registry.series.values():
@@ -82,10 +82,10 @@ def census(database: Database, registry: Registry) -> list[Cell]:
             cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
     unknown = {key: of for key, of in held.items() if key[0] not in registry.series}
     cells += [Cell(*key, 0, *of, "no plugin brings this series") for key, of in unknown.items()]
-    named = _named(database)
+    named = _count_named(database)
     cells = [replace(c, named=named.pop((c.series, c.family, c.configuration), 0)) for c in cells]
     cells += [Cell(*key, 0, 0, 0, {}, "named guides alone", number) for key, number in named.items()]
-    return cells + _specimens(database)
+    return cells + _count_specimens(database)
 
 
 def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
@@ -121,7 +121,7 @@ def _configurations(series: Series, member: Member) -> dict[str, Array]:
     return {str(n): each[:, names == n].sum(1) for n in np.unique(names)}
 
 
-def _named(database: Database) -> dict[tuple[str, str, str], int]:
+def _count_named(database: Database) -> dict[tuple[str, str, str], int]:
     """Count the named guides by series, family and configuration."""
     place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
     found = database.read(
@@ -133,7 +133,7 @@ def _named(database: Database) -> dict[tuple[str, str, str], int]:
     return {tuple(key): int(number) for *key, number in zip(*found.values(), strict=True)}
 
 
-def _specimens(database: Database) -> list[Cell]:
+def _count_specimens(database: Database) -> list[Cell]:
     """Count the stored mechanisms of collections by family; each guides one point."""
     place = (SpecimenRow.collection, SpecimenRow.family)
     found = database.read(select(*place, func.count().label("number")).group_by(*place).order_by(*place))
@@ -141,12 +141,12 @@ def _specimens(database: Database) -> list[Cell]:
     return [Cell(collection, family, "", 0, int(n), int(n), {}, "") for collection, family, n in rows]
 
 
-def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
+def _count_stored(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
     place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
     counted = database.read(
         select(*place, func.count(Mechanism.id.distinct()).label("mechanisms"), func.count(Guide.id).label("guides"))
         .join(Guide, Guide.mechanism_id == Mechanism.id)
-        .where(Mechanism.batch_id.is_not(None))  # `_named` counts the others
+        .where(Mechanism.batch_id.is_not(None))  # `_count_named` counts the others
         .group_by(*place)
     )
     best = database.read(

@@ -55,7 +55,7 @@ class Regions:
         return cls(request.stroke, {(reverse, over): here.mirrored(reverse, over) for reverse, over in flips})
 
     def outside(self, places: Places) -> Floats:
-        """Return how far n mechanisms leave the regions in their best mirror image, (n,) [strokes].
+        """Return the violations of regions by n mechanisms, each in its best mirror image, (n,).
 
         It is negative inside. `places` are in strokes.
         """
@@ -76,12 +76,12 @@ class Regions:
 
 
 def outside(places: Places, wanted: Constraints) -> Floats:
-    """Return how far places of n mechanisms leave regions, (n,), in their unit; negative inside."""
+    """Return the violations of regions by places of n mechanisms, (n,); negative inside."""
     return np.asarray(np.max([*_excess(places, wanted).values()], axis=0))
 
 
 def _excess(places: Places, wanted: Constraints) -> dict[str, Floats]:
-    """Compute how far places leave the regions they must stay in, or enter others, (n,) [strokes].
+    """Compute the violations of regions by places, (n,) [strokes], negative inside permitted ones.
 
     It is negative where they do not.
     """

@@ -151,7 +151,7 @@ class Explanation:
         """Return the constraints to relax for an empty result, with values."""
         nearest = self.report.nearest
         if nearest is None or not np.isfinite(nearest.deviation).any():
-            return Advice(self._nothing())
+            return Advice(self._advise_nothing())
         found = self.relaxations(nearest)
         if not found:
             counts = feasibility(self.problem, nearest).counts
@@ -161,7 +161,7 @@ class Explanation:
             )
         return Advice("no guide found", tuple(found))
 
-    def _nothing(self) -> str:
+    def _advise_nothing(self) -> str:
         wanted = self.problem.constraints
         if against := contradiction(wanted):
             name, lacking = against
@@ -268,14 +268,14 @@ class Explanation:
                 continue
             offers = [bounds]
             if len(names) == 1 and amount[best] > LARGE_RELAXATION and not self.problem.constraints.given:
-                closer = self._closer(names[0], bounds, amount[best], answers)
+                closer = self._tighten(names[0], bounds, amount[best], answers)
                 offers = offers if closer is bounds else [closer, bounds]
             for offer in offers:
-                if self._is_found(offer):
+                if self._has_answer(offer):
                     return tuple(self._relaxation(name, bound) for name, bound in offer.items())
         return None
 
-    def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
+    def _tighten(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
         """Reduce the relaxation of one constraint, starting from the answers it gave."""
         for _ in range(MAX_REDUCTIONS):
             found = relaxed(self.problem, answers, name)
@@ -299,7 +299,7 @@ class Explanation:
         candidate are refined: other starts seldom find an answer that these miss, and take longest
         where no answer exists.
         """
-        looser = self._looser(bounds)
+        looser = self._relaxed_problem(bounds)
         if looser.constraints.given:
             from .prescribed_pivots import with_prescribed_pivots
 
@@ -307,16 +307,18 @@ class Explanation:
             return None if chosen is None else chosen.found
         return Search(looser, self.database, enough=1).answers_near(one)
 
-    def _is_found(self, bounds: dict[str, Any]) -> bool:
+    def _has_answer(self, bounds: dict[str, Any]) -> bool:
         """Tell whether a search under these bounds finds an answer when the user runs it."""
         from .find import is_answered
 
-        looser = replace(self._looser(bounds), effort=0)  # a search with effort 0 is the first part of a longer one
+        looser = replace(
+            self._relaxed_problem(bounds), effort=0
+        )  # a search with effort 0 is the first part of a longer one
         if looser.constraints.given:  # `_answers` has run the full search
             return True
         return is_answered(self.database, looser)
 
-    def _looser(self, bounds: dict[str, Any]) -> Problem:
+    def _relaxed_problem(self, bounds: dict[str, Any]) -> Problem:
         """Return the problem for one answer under other bounds."""
         problem = self.problem
         changes: dict[str, Any] = {}

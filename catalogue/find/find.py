@@ -70,7 +70,7 @@ def find(
     report, options = SearchReport(), _options(catalogue, request, starts, warm=warm, follow=follow)
     if request.constraints.given:
         return _with_given_pivots(catalogue, request, report)
-    return _told(catalogue, request, report, searched(catalogue.database, request.problem, report, options))
+    return _as_answers(catalogue, request, report, searched(catalogue.database, request.problem, report, options))
 
 
 def improving(catalogue: Opened, request: Request, starts: Iterable[Any] = ()) -> Iterator[Found]:
@@ -86,9 +86,9 @@ def improving(catalogue: Opened, request: Request, starts: Iterable[Any] = ()) -
             value = float(cost(problem, chosen.found)[0])
             if problem.ranking.front or value <= best:  # a full measurement may show that an answer is no better
                 best = value
-                yield _told(catalogue, request, report, chosen)
+                yield _as_answers(catalogue, request, report, chosen)
         seen |= now
-    yield _told(catalogue, request, report, _last(catalogue.database, problem, every, report, options))
+    yield _as_answers(catalogue, request, report, _search_again(catalogue.database, problem, every, report, options))
 
 
 def _options(
@@ -115,10 +115,12 @@ def _with_given_pivots(catalogue: Opened, request: Request, report: SearchReport
     """Answer a request that prescribes pivots."""
     from .prescribed_pivots import with_prescribed_pivots
 
-    return _told(catalogue, request, report, with_prescribed_pivots(catalogue.registry.series, request.problem, report))
+    return _as_answers(
+        catalogue, request, report, with_prescribed_pivots(catalogue.registry.series, request.problem, report)
+    )
 
 
-def _told(catalogue: Opened, request: Request, report: SearchReport, chosen: Selection | None) -> Found:
+def _as_answers(catalogue: Opened, request: Request, report: SearchReport, chosen: Selection | None) -> Found:
     """Return a selection as answers, in the unit of the user.
 
     Plugins are loaded only when the drift of a candidate is read.
@@ -151,10 +153,10 @@ def searched(database: Database, problem: Problem, report: SearchReport, options
 
     The report is filled with counts and times.
     """
-    if options.follow and (known := _from_known(problem, report, options)) is not None:
+    if options.follow and (known := _select_from_known(problem, report, options)) is not None:
         return known
     *_, every = _searches(database, problem, report, options)
-    return _last(database, problem, every, report, options)
+    return _search_again(database, problem, every, report, options)
 
 
 def is_answered(database: Database, problem: Problem) -> bool:
@@ -163,10 +165,10 @@ def is_answered(database: Database, problem: Problem) -> bool:
     for every in _searches(database, problem, report, options):
         if np.isfinite(every[-1].least) and selected(problem, every, report, options) is not None:
             return True
-    return _last(database, problem, every, report, options) is not None
+    return _search_again(database, problem, every, report, options) is not None
 
 
-def _last(
+def _search_again(
     database: Database, problem: Problem, every: Sequence[Search], report: SearchReport, options: SearchOptions
 ) -> Selection | None:
     """Select from all searches; if no first answer lasts with effort 0, search with effort 1.
@@ -184,7 +186,7 @@ def _searches(
     database: Database, problem: Problem, report: SearchReport, options: SearchOptions
 ) -> Iterator[list[Search]]:
     """Search round by round; after each round yield all searches begun so far."""
-    sought, starts = _sought(problem, options)
+    sought, starts = _search_problem(problem, options)
     budget = EXPLORING if options.warm and not options.follow else BUDGET
     every: list[Search] = []
     for name in problem.ranking.front or (None,):
@@ -207,10 +209,10 @@ def selected(
     parts = [part for search in every if (part := search.so_far) is not None]
     if not parts:
         return None
-    return _verified(problem, join(*parts), report, options)
+    return _select_verified(problem, join(*parts), report, options)
 
 
-def _sought(problem: Problem, options: SearchOptions) -> tuple[Problem, CandidateBatch | None]:
+def _search_problem(problem: Problem, options: SearchOptions) -> tuple[Problem, CandidateBatch | None]:
     """Return the problem of a search and its further starts, mirrored to one side."""
     within, mirrors, starts = problem.tightened(), problem.mirrors, options.given
     if not any(mirrors):
@@ -219,17 +221,17 @@ def _sought(problem: Problem, options: SearchOptions) -> tuple[Problem, Candidat
     return sought, None if starts is None else mirror_image(sought, starts, *mirrors)
 
 
-def _from_known(problem: Problem, report: SearchReport, options: SearchOptions) -> Selection | None:
+def _select_from_known(problem: Problem, report: SearchReport, options: SearchOptions) -> Selection | None:
     """Select from the answers to a tighter problem; None if they are too few or too costly."""
-    sought, known = _sought(problem, options)
+    sought, known = _search_problem(problem, options)
     if known is None or not options.refine:
         return None
     with report.timed("refine"):
         found = followed(sought, known)
-    return None if found is None else _verified(problem, found, report, options)
+    return None if found is None else _select_verified(problem, found, report, options)
 
 
-def _verified(
+def _select_verified(
     problem: Problem, found: CandidateBatch, report: SearchReport, options: SearchOptions
 ) -> Selection | None:
     """Select the feasible candidates, verified on their finite motion."""

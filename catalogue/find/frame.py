@@ -51,7 +51,7 @@ class GuideFrames:
 
     def numbers(self) -> Indices:
         """Return the numbers of the guides, in order."""
-        wanted = self._wanted(select(Guide.id).join_from(Guide, Mechanism))
+        wanted = self._filter(select(Guide.id).join_from(Guide, Mechanism))
         return self.database.read(wanted.order_by(Guide.id))["id"]
 
     def whole(self) -> pd.DataFrame:
@@ -66,7 +66,7 @@ class GuideFrames:
             ends = (part[0], part[-1]) if part else (0, 0)
             yield self._frame(names, Guide.id.between(*ends))
 
-    def _wanted(self, query: Any, *conditions: ColumnElement[bool]) -> Any:
+    def _filter(self, query: Any, *conditions: ColumnElement[bool]) -> Any:
         query = query.where(*conditions)
         for name, singular in SINGULAR.items():
             if names := getattr(self.constraints, name):
@@ -81,7 +81,7 @@ class GuideFrames:
     def _parameters(self) -> list[str]:
         """Return the names of free parameters, in the order of the guides."""
         each = func.json_each(Mechanism.parameters).table_valued("key", "id")
-        query = self._wanted(select(each.c.key).join_from(Guide, Mechanism).join(each, onclause=Guide.id > 0))
+        query = self._filter(select(each.c.key).join_from(Guide, Mechanism).join(each, onclause=Guide.id > 0))
         first = func.min(Guide.id * 2**20 + each.c.id)  # number of the guide, and position of the parameter in its text
         rows = self.database.read(query.group_by(each.c.key).order_by(first))
         return [str(name) for name in rows["key"]]
@@ -90,7 +90,7 @@ class GuideFrames:
         """Read the guides, or the part of them that a condition selects."""
         import pandas as pd
 
-        found = self.database.read(self._wanted(GUIDES, *part).order_by(Guide.id))
+        found = self.database.read(self._filter(GUIDES, *part).order_by(Guide.id))
         texts = found.pop("parameters")
         self.database.pivots(found)
         guides = pd.DataFrame(found)
@@ -100,6 +100,6 @@ class GuideFrames:
         if not self.reaches:
             return guides
         own = [column for column in Reach.__table__.columns if column.name not in _REPEATED]
-        query = self._wanted(joined(*own), *part).order_by(Reach.guide_id, Reach.level.desc())
+        query = self._filter(joined(*own), *part).order_by(Reach.guide_id, Reach.level.desc())
         rows = self.database.read(query)
         return guides.merge(pd.DataFrame(rows), left_on="id", right_on="guide_id").drop(columns="guide_id")

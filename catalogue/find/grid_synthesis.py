@@ -58,13 +58,13 @@ def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, 
     ndarray, shape (n, 2, 2, 3), and ndarray of int, shape (n,)
         Pivots of the linkages, and for each the number of its prescribed pair.
     """
-    made = [_best(given, pair, nominal) for pair in pivots]
+    made = [_best_linkages(given, pair, nominal) for pair in pivots]
     z = np.concatenate(made)
     of = np.repeat(np.arange(len(made)), [len(best) for best in made])
     return np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1), of
 
 
-def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
+def _best_linkages(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
     """Find the best linkages for one pair, each ((A1, A1*), (A2, A2*))."""
     from scipy.ndimage import minimum_filter
 

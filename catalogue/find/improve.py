@@ -190,8 +190,8 @@ class ImprovementTask:
             problem = replace(problem, in_place=True)
         placed = in_place or wanted.keep_out or any(getattr(wanted, name) is not None for name in REGIONS)
         mirrored = not placed and _is_left_handed(guide)
-        searched = _mirrored(guide) if mirrored else guide
-        return cls(guide, request, problem, _held(searched, hold, problem, in_place, within), nominal, mirrored)
+        searched = _mirror(guide) if mirrored else guide
+        return cls(guide, request, problem, _held_lengths(searched, hold, problem, in_place, within), nominal, mirrored)
 
     def start(self) -> CandidateBatch:
         """Return the stretches of the guide as candidates.
@@ -201,8 +201,8 @@ class ImprovementTask:
         """
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
-        guide = _mirrored(self.guide) if self.mirrored else self.guide
-        known = [guide] if self._runs_as_asked(guide) else []
+        guide = _mirror(self.guide) if self.mirrored else self.guide
+        known = [guide] if self._is_answer_along(guide) else []
         angle = self.request.angle if self.request.is_wide else None
         sought = measure(guide, stroke=self.request.stroke, radius=radius, angle=angle, arc=arc)
         stretches = [*known, *sought]
@@ -228,7 +228,7 @@ class ImprovementTask:
             )
         return found
 
-    def _runs_as_asked(self, guide: PlacedGuide) -> TypeGuard[Candidate]:
+    def _is_answer_along(self, guide: PlacedGuide) -> TypeGuard[Candidate]:
         """Tell whether a guide is an answer along a path of the requested kind."""
         if not isinstance(guide, Candidate) or (guide.radius is not None and self.request.kind == "line"):
             return False
@@ -302,7 +302,7 @@ class ImprovementTask:
             linkage, point, _ = flipped(found.linkage, found.point, found.pole, *back, problem.path.stroke)
             found = self.final(self.measured(found.origin, linkage, point))
         if self.nominal is None:
-            scale, shift = _onto(problem.stroke, found.linkage, goal)
+            scale, shift = _fit_to_fixed_pivots(problem.stroke, found.linkage, goal)
             request = replace(request, start=(shift.real, shift.imag), along=float(np.degrees(np.angle(scale))))
             problem = replace(problem, scale=request.extent * request.direction, shift=request.origin)
         one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
@@ -343,7 +343,7 @@ def _is_left_handed(guide: PlacedGuide) -> bool:
     return next((bool(sine < 0) for sine in sines if abs(sine) > IMPROVE.parallel), False)
 
 
-def _mirrored(guide: PlacedGuide) -> PlacedGuide:
+def _mirror(guide: PlacedGuide) -> PlacedGuide:
     """Mirror a guide in the x axis.
 
     An answer along an arc is reversed, to keep its arc on the left.
@@ -360,7 +360,7 @@ def _mirrored(guide: PlacedGuide) -> PlacedGuide:
     return replace(guide, pivots=pivots, guided=guided, pole=pole, start=[start.real, -start.imag], along=along)
 
 
-def _held(
+def _held_lengths(
     guide: PlacedGuide, hold: str | Sequence[str], problem: Problem, in_place: bool, within: float
 ) -> HeldLengths:
     """Return the held lengths and the moves that remain free."""
@@ -385,7 +385,7 @@ def _held(
     return HeldLengths(values, frozen if frozen.any() else None, places, within / problem.stroke)
 
 
-def _onto(stroke: float, linkage: Linkage, goal: Linkage) -> tuple[complex, complex]:
+def _fit_to_fixed_pivots(stroke: float, linkage: Linkage, goal: Linkage) -> tuple[complex, complex]:
     """Fit z -> scale z + shift, of given magnification, to a goal's fixed pivots."""
     here, there, finite = linkage.points[0, :, 0], goal.points[0, :, 0], linkage.finite[0, :, 0]
     if (goal.finite[0, :, 0] != finite).any():

@@ -160,7 +160,7 @@ def listed(
     change = np.isfinite(poles)
     if change.any():
         change[change] = conditioning(linkage[change]).max(0) < CHANGE
-    rows = zip(*(_plain(name, values) for name, values in columns.items()), strict=True)
+    rows = zip(*(_to_plain_values(name, values) for name, values in columns.items()), strict=True)
     placed = np.where(pivots == 0, 0.0, pivots).tolist()  # replaces -0.0
     return [
         make(
@@ -175,7 +175,7 @@ def listed(
     ]
 
 
-def _plain(name: str, values: Array) -> list[Any]:
+def _to_plain_values(name: str, values: Array) -> list[Any]:
     """Convert values to plain Python ones; None for numbers that are not finite."""
     if values.dtype.kind not in "fiu":
         return [str(v) if isinstance(v, str) else v for v in values.tolist()]

@@ -132,7 +132,7 @@ def measure(
     unit = common([one.unit for one in every])
     asked = Sought.of(stroke, deviation, radius, angle, arc, limit)
     if any(isinstance(one, OwnChain) for one in every):
-        return _of_chains(every, asked)
+        return _measure_chains(every, asked)
     placed = [one for one in every if isinstance(one, PlacedGuide)]
     linkage = Linkage([one.pivots for one in placed])
     point = np.array([complex(*one.guided) for one in placed])
@@ -140,7 +140,7 @@ def measure(
     at = point[found.of]
     rows: dict[int, Stretch] = {}
     for part, places in best_stretches(found, at, asked):
-        rows |= zip(places.tolist(), _rows(part, found, asked, series, unit), strict=True)
+        rows |= zip(places.tolist(), _build_stretches(part, found, asked, series, unit), strict=True)
     missing = np.setdiff1d(np.arange(len(linkage)), [one.number - 1 for one in rows.values()])
     failed = _reasons(found, at, missing, asked)
     return Measured([rows[i] for i in sorted(rows)], "" if rows else f"no stretch found: {failed[1]}", failed)
@@ -225,7 +225,7 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
         if not len(some):
             break
     best = join(*(one.stretches for one in parts))
-    kept = _best(found, best, best.deviation if length is not None else -best.stroke, asked.limit)
+    kept = _select_best(found, best, best.deviation if length is not None else -best.stroke, asked.limit)
     of_part = np.repeat(np.arange(len(parts)), [len(one.circuit) for one in parts])
     start = np.searchsorted(of_part, np.arange(len(parts)))
     for k, part in enumerate(parts):
@@ -233,7 +233,7 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
         yield part[kept[chosen] - start[k]], chosen
 
 
-def _of_chains(every: Sequence[Any], asked: Sought) -> Measured:
+def _measure_chains(every: Sequence[Any], asked: Sought) -> Measured:
     """Measure mechanisms of many bars, one after the other."""
     if others := [one for one in every if not isinstance(one, OwnChain)]:
         raise InvalidRequest(f"measure takes mechanisms of many bars alone, not together with {quoted(others[0])}")
@@ -252,13 +252,13 @@ def _of_chains(every: Sequence[Any], asked: Sought) -> Measured:
         made: dict[int, ChainStretch] = {}
         for part, places in best_stretches(found, at, asked):
             made |= zip(places.tolist(), _chain_rows(part, one, asked, number), strict=True)
-        rows += _distinct([made[i] for i in sorted(made)])
+        rows += _drop_overlapping([made[i] for i in sorted(made)])
         if not made:
             failed[number] = _reasons(found, at, np.array([0]), asked)[1]
     return Measured(rows, "" if rows else f"no stretch found: {failed[1]}", failed)
 
 
-def _distinct(rows: list[ChainStretch]) -> list[ChainStretch]:
+def _drop_overlapping(rows: list[ChainStretch]) -> list[ChainStretch]:
     """Drop stretches along the path of a better one, such as those of the way back."""
     kept = list[ChainStretch]()
     for one in rows:
@@ -352,7 +352,7 @@ class Laid(Columns):
         permitted deviation are shortened.
         """
         some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
-        forward = followed(some, z)[1] > 0  # a mirror image is extended at the image of the same end
+        forward = followed(some, z)[1] > 0  # so that mirror images are extended at mirrored ends
         fit = fitted(some, z, low, high, circle=curved, radius=radius)
         for _ in range(MEASURE.corrections):
             with np.errstate(all="ignore"):
@@ -373,7 +373,7 @@ class Laid(Columns):
                 if not len(where):
                     break
                 here, along = some[where], fit.along[where]
-                ends = _extended(here, z[where], low[where], high[where], missing[where], at_end[where], along)
+                ends = _extend_ends(here, z[where], low[where], high[where], missing[where], at_end[where], along)
                 new = fitted(here, z[where], *ends, circle=curved, radius=radius)
                 lost = (at_end is forward) & np.isnan(new.deviation) & np.isfinite(fit.deviation[where])
                 low[where[~lost]], high[where[~lost]] = (end[~lost] for end in ends)
@@ -412,7 +412,7 @@ class Laid(Columns):
         return Stretches(self.circuit, self.low, self.high, extent, extent, self.deviation, none)
 
 
-def _extended(
+def _extend_ends(
     some: Carriers, point: Complexes, low: Floats, high: Floats, by: Floats, at_end: Mask, along: Complexes
 ) -> tuple[Floats, Floats]:
     """Extend stretches (n,) at their ends or starts; return the phases of both."""
@@ -430,7 +430,7 @@ def _speed(some: Carriers, point: Complexes, s: Floats, along: Complexes) -> Flo
     return np.asarray(np.abs(((z[1] - z[0]) * along.conj()).real) / (2 * step))
 
 
-def _best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
+def _select_best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
     """Select at most `limit` stretches of each linkage by ascending key; infinite keys are omitted.
 
     Of stretches that overlap by more than half, the better one is selected.
@@ -454,7 +454,7 @@ def _best(found: Carriers, at: Stretches, key: Floats, limit: int) -> Indices:
     return np.array(kept, int)
 
 
-def _rows(
+def _build_stretches(
     at: Laid,
     found: Circuits,
     asked: Sought,
@@ -474,7 +474,7 @@ def _rows(
     if asked.wide is not None:
         columns["arc_angle"] = np.full(n, asked.wide)
     first = np.searchsorted(found.of, found.of[at.circuit])
-    codes, residual = _nearest(at, series)
+    codes, residual = _nearest_series(at, series)
     columns |= {
         "id": nothing,
         "family": curve.linkage.family.astype(object),
@@ -516,7 +516,7 @@ def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) 
     return {"drive_from": turned[0], "drive_to": turned[-1]}
 
 
-def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
+def _nearest_series(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
     """Find the degenerate series nearest to linkages on their stretches, and the residuals."""
     n = len(at.circuit)
     if series is None:

@@ -54,22 +54,22 @@ def check(one: Any) -> None:
     """Refuse an answer of planar guides that disagrees with its measurement."""
     ways: Iterator[Numbers] = iter(())
     if isinstance(one, DwellCandidate):
-        ways = _of_dwell(one)
+        ways = _measure_dwell(one)
     elif isinstance(one, Candidate):
-        ways = _of_candidate(one)
+        ways = _measure_candidate(one)
     elif isinstance(one, ChainStretch):
         ways = iter([{"deviation": one.deviation_again(), **one.over_window()}])
     wrong = []
     with np.errstate(all="ignore"):
         for found in ways:
-            wrong.append(_difference(one, found))
+            wrong.append(_first_difference(one, found))
             if not wrong[-1]:
                 return
     if wrong:
         raise InvalidRequest(wrong[0])
 
 
-def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
+def _first_difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     """Describe the first difference between record and measurement.
 
     The text is empty if there is none.
@@ -100,10 +100,10 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     return ""
 
 
-def _of_candidate(one: Candidate) -> Iterator[Numbers]:
+def _measure_candidate(one: Candidate) -> Iterator[Numbers]:
     """Yield measurements of a candidate, as a linkage and as a slot."""
     driver = np.array([one.driver if one.driver in (1, 2) else 0])
-    for curve, traced, frames in _of_stretch(one) if isinstance(one, Stretch) else _of_path(one):
+    for curve, traced, frames in _trace_stretch(one) if isinstance(one, Stretch) else _trace_path(one):
         start = float(frames.start[0].real), float(frames.start[0].imag)
         for slots in (False, True):
             found = measure(curve, traced, in_middle=True, inverse=slots, driver=driver)
@@ -115,10 +115,10 @@ def _of_candidate(one: Candidate) -> Iterator[Numbers]:
             yield {"family": str(machine.family[0]), **told, "rotates": turning, "start": start}
 
 
-def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Traced, Frames]]:
+def _trace_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Traced, Frames]]:
     """Yield a candidate traced along its best-fitting nominal and the recorded one."""
     if one.is_wide:
-        yield from _of_wide_arc(one)
+        yield from _trace_wide_arc(one)
         return
     frame = StraightLine(one.stroke, 0.05 * one.stroke, (one.start[0], one.start[1]), one.along)
     scale = frame.stroke * frame.direction
@@ -140,7 +140,7 @@ def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Trac
         yield curve, traced, Frames(stroke, scale * start + frame.origin, np.degrees(np.angle(way)), way)
 
 
-def _of_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
+def _trace_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
     """Yield a normalised candidate traced along its arc near a half circle or beyond."""
     curve, traced = one._traced()
     fit = traced.fit
@@ -149,14 +149,14 @@ def _of_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]
     yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
-def _of_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
+def _trace_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
     """Yield a normalised stretch traced in place."""
     curve, traced = one._traced()
     fit = traced.fit
     yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
-def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
+def _measure_dwell(one: DwellCandidate) -> Iterator[Numbers]:
     """Yield measurements of a dwell, at the recorded length and residual."""
     from .dwells import SEARCH, diameter
 

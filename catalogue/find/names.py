@@ -40,7 +40,7 @@ def check_names(database: Database, constraints: Constraints) -> None:
                     raise InvalidRequest(EMPTY)
                 raise InvalidRequest(
                     f"the database holds no {singular} {quoted(code)}; it holds {', '.join(held)}. "
-                    f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"
+                    f"`catalogue build --series CODE` adds a series{_most_similar(code, held)}"
                 )
 
 
@@ -54,7 +54,7 @@ def _refuse_of_collection(database: Database, family: str) -> None:
 
 
 def contradiction(wanted: Constraints) -> tuple[str, str] | None:
-    """Return a constraint and what the requested families lack for it; None without any."""
+    """Return a constraint that the requested families cannot meet, and the reason, or None."""
     dyads = [FAMILIES[name] for name in wanted.families if name in FAMILIES]
     if len(dyads) < max(len(wanted.families), 1):
         return None
@@ -71,10 +71,10 @@ def check_kinds(kinds: Iterable[str]) -> None:
     """Refuse unknown kinds of guides."""
     for kind in kinds:
         if kind not in KINDS:
-            raise InvalidRequest(f"there is no kind {kind!r}; there are {', '.join(KINDS)}{_nearest(kind, KINDS)}")
+            raise InvalidRequest(f"there is no kind {kind!r}; there are {', '.join(KINDS)}{_most_similar(kind, KINDS)}")
 
 
-def _nearest(name: str, names: Sequence[str]) -> str:
+def _most_similar(name: str, names: Sequence[str]) -> str:
     """Suggest the most similar name, if any."""
     from difflib import get_close_matches
 
@@ -84,7 +84,7 @@ def _nearest(name: str, names: Sequence[str]) -> str:
 
 
 def eligible_series(database: Database, constraints: Constraints) -> list[str]:
-    """List the permitted series in the database, those with few guides first."""
+    """List the permitted series in the database, in ascending number of guides."""
     from sqlalchemy import func, select
 
     from ..store import Batch

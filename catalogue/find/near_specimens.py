@@ -46,10 +46,10 @@ def near_specimens(
     for bound in goal.bounds:
         value = rows[bound.name]
         beyond = np.maximum(bound.low / bound.scale - value, value - bound.high / bound.scale)
-        away = away + _weighed(collection, bound.name, np.maximum(beyond, 0.0))
+        away = away + _weighted(collection, bound.name, np.maximum(beyond, 0.0))
     if goal.rank_by != "deviation":
         sign = -1.0 if collection.metrics[goal.rank_by].more else 1.0
-        away = away + NEARNESS.rank * sign * _weighed(collection, goal.rank_by, rows[goal.rank_by])
+        away = away + NEARNESS.rank * sign * _weighted(collection, goal.rank_by, rows[goal.rank_by])
     if request.sweep is not None and "sweep" in collection.metrics:
         away = away + np.abs(rows["sweep"] - request.sweep)
     chosen = list[int]()
@@ -60,5 +60,5 @@ def near_specimens(
     return list(zip(found["id"].tolist(), database.objects(found["parameters"]), strict=True))
 
 
-def _weighed(collection: Collection, name: str, amount: Floats) -> Floats:
+def _weighted(collection: Collection, name: str, amount: Floats) -> Floats:
     return amount * (NEARNESS.angle if collection.metrics[name].unit == "deg" else 1.0)

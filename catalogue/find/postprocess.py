@@ -39,7 +39,7 @@ def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> C
     guides = coupler_curve(linkage, followed.point[which], pole=followed.pole[which])
     origin = replace(take(followed.origin, which), cognate=number, family=linkage.family.astype(object))
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
-    others = _laid(problem, origin, guides, traced)
+    others = _place(problem, origin, guides, traced)
     return join(found, Refinement.of(problem, others).run(3).best if refine else others)
 
 
@@ -53,14 +53,14 @@ def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> 
     linkage, point, made = rounded(found.linkage, found.point, step)
     origin, pole = take(found.origin, made), found.pole[made]
     row = np.arange(len(point))
-    placed = _laid_unscaled(problem, origin, coupler_curve(linkage, point, pole=pole))
+    placed = _place_unscaled(problem, origin, coupler_curve(linkage, point, pole=pole))
     # at a change point only this position tells the branch
     movable = np.flatnonzero(conditioning(linkage).max(0) >= CHANGE)
     if len(movable) and not problem.constraints.returns:
         curve, of = _best_stretches(problem, linkage[movable], point[movable])
         which = movable[of]
         guides = coupler_curve(curve.linkage, curve.point)
-        placed = join(placed, _laid_unscaled(problem, take(origin, which), guides))
+        placed = join(placed, _place_unscaled(problem, take(origin, which), guides))
         row = np.concatenate([row, which])
     order = np.lexsort((placed.deviation, ~feasibility(problem, placed).all, row))
     first = np.diff(row[order], prepend=-1) > 0
@@ -88,13 +88,13 @@ def _best_stretches(problem: Problem, linkage: Linkage, point: Complexes) -> tup
     return curve, some.of[good]
 
 
-def _laid_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> CandidateBatch:
+def _place_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> CandidateBatch:
     """Place guides of fixed lengths along the path, in the best orientation for their pivots."""
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
-    return _laid(problem, origin, guides, unscaled(traced))
+    return _place(problem, origin, guides, unscaled(traced))
 
 
-def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
+def _place(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
     """Place traced guides along the path, in the best orientation for their pivots."""
     placed = best_orientation(problem, *place_on_path(problem, guides, traced), slides_on_path(problem, guides, traced))
     return measured(problem, origin, *placed)

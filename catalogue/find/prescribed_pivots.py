@@ -96,10 +96,10 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         built = solved([series[code] for code in wanted.series or series], problems, wanted)
         report.solved = len(built.point)
     nominal = _nominal(problem)
-    built = built[_near(built.linkage, wanted)]
+    built = built[_is_near(built.linkage, wanted)]
     if not wanted.series and (not wanted.families or "four-bar" in wanted.families):
         with report.timed("complete"):
-            more = _completed(problems, nominal)
+            more = _complete(problems, nominal)
             report.completed = len(more.point)
             built = join(built, more)
     with report.timed("trace in place"):
@@ -107,13 +107,13 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
         order = np.argsort(deviation, kind="stable")[: int(np.isfinite(deviation).sum())]
         report.measured = len(order)
-        order = _seeds(built, order, LIMITS.refined * max(problem.effort, 1))
+        order = _select_seeds(built, order, LIMITS.refined * max(problem.effort, 1))
     if not len(order):
         return None
     with report.timed("refine"):
-        found = _refined(built[order], problem.tightened(), nominal, report)
+        found = _refine(built[order], problem.tightened(), nominal, report)
         report.nearest = found
-        good = feasibility(problem, found).all & _near(found.linkage, wanted)
+        good = feasibility(problem, found).all & _is_near(found.linkage, wanted)
         found = found[np.flatnonzero(good)]
     if not len(found):
         return None
@@ -169,7 +169,7 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
         k = answers.shape[1]
         linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
         of = np.repeat(np.arange(len(answers)), k)[good]
-        chosen = _guides(linkage, problems, of)
+        chosen = _guides_point(linkage, problems, of)
         if constraints.families:
             chosen &= np.isin(linkage.family, constraints.families)
         linkage, of = linkage[chosen], of[chosen]
@@ -177,7 +177,7 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
     return join(*found)
 
 
-def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
+def _guides_point(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
     """Tell which linkages guide the point to third order; the others are artefacts of rounding."""
     point, centre, across = problems.point[of], problems.centre[of], problems.axis[of]
     circle = problems.path == "circle"
@@ -188,7 +188,7 @@ def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
     return np.asarray((law.order >= 3) & (astray < LIMITS.astray))
 
 
-def _completed(problems: Posed, nominal: Nominal) -> Built:
+def _complete(problems: Posed, nominal: Nominal) -> Built:
     """Complete prescribed pivots numerically, to linkages of the general series."""
     pairs = problems.pivots[:: len(PLACES)] if problems.given == "fixed" else problems.pivots
     pivots, of = completed(problems.given, pairs, nominal)
@@ -198,14 +198,14 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
     return Built(linkage, point, np.full(len(linkage), "general"), exact)
 
 
-def _near(linkage: Linkage, constraints: Constraints) -> Mask:
+def _is_near(linkage: Linkage, constraints: Constraints) -> Mask:
     """Tell which linkages have pivots as near as the prescribed ones require, shape (n,)."""
     given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
     return np.asarray((off <= min(LIMITS.farther * max(given, 1.0), LIMITS.farthest)).all(axis=(1, 2)))
 
 
-def _seeds(built: Built, order: Indices, count: int) -> Indices:
+def _select_seeds(built: Built, order: Indices, count: int) -> Indices:
     """Select the first `count` distinct designs of an order."""
     exact = built.exact[order]
     some = [group[distinct(built[group], count)] for group in (order[exact], order[~exact])]
@@ -224,7 +224,7 @@ def distinct(built: Built | CandidateBatch, count: int) -> Indices:
     return np.array(kept, dtype=int)
 
 
-def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
+def _refine(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
     """Refine guides at mid-stroke: first for the deviation, then for the ranking."""
     law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=LIMITS.rounded)
     n = len(law.order)

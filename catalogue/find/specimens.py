@@ -107,7 +107,7 @@ def find_in(
         where = with_constraints(collection.name, collection.metrics, where or {}, wanted)
     given = bounds(collection.name, collection.metrics, request.stroke, where)
     if wanted.pins_only:
-        families = _pinned(collection, names("families", families))
+        families = _pinned_families(collection, names("families", families))
     named = {
         "family": (names("families", families), collection.families),
         "series": (names("series", series), collection.series),
@@ -142,7 +142,7 @@ def find_in(
     return CollectionResults(found, search, collection=collection)
 
 
-def _pinned(collection: Collection, families: Sequence[str]) -> list[str]:
+def _pinned_families(collection: Collection, families: Sequence[str]) -> list[str]:
     """Select the requested families that have pins only."""
     if collection.pinned is None:
         raise InvalidRequest(f"pins_only does not go with {collection.name}: the kinds of its joints are not known")
@@ -472,7 +472,7 @@ class _Search:
 
         Count the others by the first failed test.
         """
-        failed = self._failed(one)
+        failed = self._failed_tests(one)
         if not failed:
             return True
         test, excess, value = failed[0]
@@ -481,7 +481,7 @@ class _Search:
             self.nearest[test] = min((excess, value), self.nearest.get(test, (excess, value)))
         return False
 
-    def _failed(self, one: Measured) -> list[tuple[str, float, float]]:
+    def _failed_tests(self, one: Measured) -> list[tuple[str, float, float]]:
         """List the tests that a specimen fails, with its excess and value; NaN if unknown."""
         if one.reason:
             return [(one.reason, 0.0, math.nan)]
@@ -542,7 +542,7 @@ class _Search:
             lines.append("no piece found: " + self._advice(number["all"], useful))
         return "\n".join([*lines, f"in {1000 * self.seconds:.0f} ms"])
 
-    def _relaxed(self, test: str) -> float:
+    def _relaxed_bound(self, test: str) -> float:
         """Return a bound, rounded, that admits the specimen nearest to passing a test."""
         from .explain import rounded
 
@@ -559,7 +559,7 @@ class _Search:
         if self.verified:
             [(worst, failed)] = self.removed.most_common(1)
             told = "is out by" if worst in (*REGIONS, "keep_out") else "has"
-            near = f"; the nearest {told} {self._relaxed(worst):g}" if worst in self.nearest else ""
+            near = f"; the nearest {told} {self._relaxed_bound(worst):g}" if worst in self.nearest else ""
             return f"relax {worst}, which {failed} of {self.verified} failed on the finite motion{near}"
         if not held:
             return f"{name} holds nothing of this kind; run `catalogue build --collection {name}`"

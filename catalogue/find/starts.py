@@ -33,11 +33,11 @@ def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch
     wanted = problem.constraints
     if every and (wanted.given or wanted.slots or wanted.returns):
         raise InvalidRequest("given pivots, slots and returning points are found without starts: leave these out")
-    found = laid_guides(problem, [one for one in every if _sort_of(one, wanted)])
+    found = laid_guides(problem, [one for one in every if _is_requested_kind(one, wanted)])
     return found[np.flatnonzero(np.isfinite(found.deviation))]
 
 
-def _sort_of(one: Candidate, wanted: Constraints) -> bool:
+def _is_requested_kind(one: Candidate, wanted: Constraints) -> bool:
     """Tell whether a guide is of a requested kind."""
     named = ((one.family, wanted.families), (one.series, wanted.series), (one.configuration, wanted.configurations))
     slides = wanted.pins_only and one.family in SLIDING

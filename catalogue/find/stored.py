@@ -174,7 +174,9 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     every = joined(*COLUMNS, *extra).outerjoin(Batch, Batch.id == Mechanism.batch_id)
     found = database.read(every.where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
-        raise InvalidRequest(f"the database holds no guide {shortened(str(name), 60)}; {_instead(database, str(name))}")
+        raise InvalidRequest(
+            f"the database holds no guide {shortened(str(name), 60)}; {_similar_name(database, str(name))}"
+        )
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
     one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
     same = ("id", "name", "family", "series", "member", "configuration", "kind", "label", "inflections", "curvature")
@@ -197,7 +199,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     )
 
 
-def _instead(database: Database, name: str) -> str:
+def _similar_name(database: Database, name: str) -> str:
     """Suggest a similar name for one missing in the database."""
     if is_named(name):
         return "`catalogue build` adds the named guides"
