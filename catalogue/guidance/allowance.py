@@ -153,7 +153,7 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     worst = np.argmax(np.where(np.isnan(bins), -1.0, bins), axis=2) + 1 + np.arange(0, fine.shape[1] - 1, size)
     stations = np.pad(worst, ((0, 0), (1, 1)), constant_values=((0, 0), (0, fine.shape[1] - 1)))
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))
-    carried = _carrying(intervals)[stations]
+    carried = _interpolation_matrix(intervals)[stations]
     given = carried @ np.where(scattered(guides.linkage)[:, None], across, 0.0)
     if turned is not None:
         turned = (many.fine[stations] @ turned.T[..., None])[..., 0]
@@ -162,7 +162,7 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
 
 
 @lru_cache
-def _carrying(intervals: int) -> Floats:
+def _interpolation_matrix(intervals: int) -> Floats:
     """Return the interpolation matrix from nodes to the fine points of the next grid."""
     angle = np.pi * (1 - np.arange(8 * intervals + 1) / (8 * intervals))
     return np.asarray(np.cos(angle[:, None] * np.arange(intervals + 1)) @ grid(intervals).coefficients)
@@ -314,7 +314,7 @@ def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
     The scatter is simulated in all ten coordinates: along an arc near a full circle paths respond
     in more than four directions.
     """
-    found, moves = _drawn(found, asked, rough=rough)
+    found, moves = _simulated_sample(found, asked, rough=rough)
     up, down = found.margins(asked)
     scatter = np.empty(len(asked))
     for i in range(len(asked)):  # one guide at a time: its array is as large as the cache of a core
@@ -328,7 +328,7 @@ def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: 
 
     It is the inverse of `drawn_scatter`; nearby tolerances (n,) select the references that matter.
     """
-    found, moves = _drawn(found, asked, rough=rough)
+    found, moves = _simulated_sample(found, asked, rough=rough)
     deviation = np.empty(len(asked))
     for i in range(len(asked)):
         error = found.error[i, :, None] + scatter * (known(found.across[i]) @ moves)
@@ -336,7 +336,7 @@ def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: 
     return deviation
 
 
-def _drawn(found: References, asked: Floats, *, rough: bool) -> tuple[References, Floats]:
+def _simulated_sample(found: References, asked: Floats, *, rough: bool) -> tuple[References, Floats]:
     """Return the references to evaluate, and a sample (10, draws) of normal numbers."""
     draws, count = (ALLOWANCE.rough_draws, ALLOWANCE.rough_drawn) if rough else (ALLOWANCE.draws, ALLOWANCE.drawn)
     return found.strongest(asked, count), np.random.default_rng(0).normal(size=(COUNT, draws))

@@ -45,7 +45,7 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
     )
     with np.errstate(all="ignore"):
         x = np.log(np.concatenate([parts, np.ones_like(parts[:1])]))
-        y = np.concatenate([_excess(ladder, sweep).reshape(parts.shape), -np.log(guess)[None]])
+        y = np.concatenate([_log_excess(ladder, sweep).reshape(parts.shape), -np.log(guess)[None]])
         order = np.argsort(x, axis=0)
         x, y = (np.take_along_axis(values, order, 0) for values in (x, y))
         crossed = (y[:-1] <= 0) & (y[1:] >= 0)
@@ -58,11 +58,11 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
         for _ in range(SWEEP.rounds):
             if not open_.any():
                 break
-            at = _between(x[:, open_], y[:, open_])
+            at = _interpolate_zero(x[:, open_], y[:, open_])
             half[open_] = scale[open_] * np.exp(at)
             now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=REACH.nodes)
             traced = traced.replaced(open_, now)
-            error = _excess(now, sweep)
+            error = _log_excess(now, sweep)
             for values, new in ((x, at), (y, error)):
                 short, beyond, _ = values[:, open_]
                 values[:, open_] = np.where(error <= 0, (new, beyond, short), (short, new, beyond))
@@ -70,12 +70,12 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
     return half, traced
 
 
-def _excess(traced: Traced, sweep: float) -> Floats:
+def _log_excess(traced: Traced, sweep: float) -> Floats:
     """Compute the logarithm of the ratio of traced to requested sweeps."""
     return np.asarray(np.log(traced.fit.stroke * np.abs(traced.fit.curvature) / sweep))
 
 
-def _between(x: Floats, y: Floats) -> Floats:
+def _interpolate_zero(x: Floats, y: Floats) -> Floats:
     """Interpolate the zero of y between two points.
 
     y <= 0 at the first point, y >= 0 at the second. A parabola in y through three points is used if

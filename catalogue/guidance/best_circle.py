@@ -81,7 +81,7 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
     """
     fine, n = times(points.fine, z), len(centre)
     with np.errstate(all="ignore"):
-        centre, least, stations = _descended(fine, radius, centre)
+        centre, least, stations = _minimise_by_descent(fine, radius, centre)
         # where two opposite places within the circle determine the deviation, the linear model sees
         # no gain in a move across them
         spoke = fine[stations, np.arange(n)] - centre
@@ -91,17 +91,19 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
             across = 1j * spoke[pair, opposite] / np.abs(spoke[pair, opposite])
             across = across * np.sqrt(radius * least)[opposite]
             each = np.tile(opposite, 2)
-            other, lower, there = _descended(fine[:, each], radius[each], centre[each] + np.append(across, -across))
+            other, lower, there = _minimise_by_descent(
+                fine[:, each], radius[each], centre[each] + np.append(across, -across)
+            )
             for part in np.split(np.arange(len(each)), 2):
                 better = part[lower[part] < least[each[part]]]
                 centre[each[better]], least[each[better]] = other[better], lower[better]
                 stations[:, each[better]] = there[:, better]
-        centre, deviation = _polished(fine, radius, centre)
+        centre, deviation = _equalise_peaks(fine, radius, centre)
         unresolved = np.abs(points.coefficients[-2:] @ z).sum(0)
     return Circles(centre, deviation, unresolved, stations)
 
 
-def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Complexes, Floats, Indices]:
+def _minimise_by_descent(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Complexes, Floats, Indices]:
     """Place circles by Gauss-Newton steps that reduce the largest distance.
 
     Returns
@@ -135,7 +137,7 @@ def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Comp
     return centre, least, stations
 
 
-def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6) -> tuple[Complexes, Floats]:
+def _equalise_peaks(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6) -> tuple[Complexes, Floats]:
     """Move circles until the largest distances, at peaks between the fine points, are equal.
 
     Returns
@@ -153,7 +155,7 @@ def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6
     moved = centre
     for near in POLISH_PLACES:
         tried = np.clip(places + near[:, None, None], 0, len(fine) - 1)
-        spoke, off = _between(fine, moved, radius, tried.reshape(peaks * len(near), n))
+        spoke, off = _interpolate(fine, moved, radius, tried.reshape(peaks * len(near), n))
         move, _, _ = uniform_fit(np.stack([spoke.real, spoke.imag]), off)
         step = move[0] + 1j * move[1]
         # a longer step means that the descent stopped early and that other places determine the
@@ -166,7 +168,7 @@ def _polished(fine: Complexes, radius: Floats, centre: Complexes, peaks: int = 6
     return moved, level
 
 
-def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:
+def _interpolate(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:
     """Interpolate directions and distances between fine points, by parabolas.
 
     Directions are unit vectors from the centre.

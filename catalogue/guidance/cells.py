@@ -204,7 +204,9 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
         far = np.abs(w[-1] - w[0])
         has = (stroke / arc) * np.minimum(arc, np.mod(run[index[-1], np.arange(len(which))] - run[1:], total))
         good = (width >= CELL.points) & ~beyond & (far * CELL.nearly > has)
-        least = np.where(good, np.nan_to_num(_off(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf)
+        least = np.where(
+            good, np.nan_to_num(_mean_square_distance(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf
+        )
         least = np.where(good & (held < 2), 0.0, least)  # a core of a single cut gives no bound
         longer = np.clip(has / far, 1.0, CELL.nearly)
     column = np.arange(len(which))
@@ -221,7 +223,7 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
     return Cells(flat(which), flat(number), piece, flat(low), flat(high), flat(stroke), flat(least), flat(peak))
 
 
-def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
+def _mean_square_distance(w: Complexes, circle: bool, radius: float | None) -> Floats:
     """Compute mean square distances of points from best lines or circles, (m, k).
 
     They are infinite where the points do not run forward.

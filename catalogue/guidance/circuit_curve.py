@@ -50,7 +50,7 @@ class CircuitMotion(Columns):
     shift: Complexes
 
     @cached_property
-    def _start(self) -> Pose:
+    def _start_pose(self) -> Pose:
         start: Pose = self.circuits.pose(self.middle[None])
         return start
 
@@ -62,16 +62,16 @@ class CircuitMotion(Columns):
     @property
     def origin(self) -> Complexes:
         """Points about which poses rotate, complex, shape (k,)."""
-        return np.asarray(self.scale * (self._start.origin + self._start.d[0]) + self.shift)
+        return np.asarray(self.scale * (self._start_pose.origin + self._start_pose.d[0]) + self.shift)
 
     @cached_property
     def linkage(self) -> Linkage:
         """The linkages in mid-stroke."""
-        return self._start.linkages(self.circuits.linkage).moved(self.scale, self.shift)
+        return self._start_pose.linkages(self.circuits.linkage).moved(self.scale, self.shift)
 
     def pose(self, t: Floats) -> Pose:
         """Return the poses at phases t (m, k) from mid-stroke."""
-        here, start = self.circuits.pose(self.middle + t), self._start
+        here, start = self.circuits.pose(self.middle + t), self._start_pose
         return Pose(self.scale * (here.d - start.d), (1 + here.x) * (1 + start.x).conj() - 1, self.origin)
 
 

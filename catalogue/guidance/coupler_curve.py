@@ -143,7 +143,7 @@ class CouplerCurve(Columns):
     @cached_property
     def table(self) -> Table:
         """Table to the turning points of the path."""
-        return _to_turnings(self, self._table)
+        return _extend_to_turnings(self, self._table)
 
     @property
     def extent(self) -> Floats:
@@ -229,7 +229,7 @@ def coupler_curve(
         n = len(linkage)
         each = np.tile(np.arange(n), len(CHARTS))
         poles = None if pole is None else np.asarray(pole)[each]
-        every = _in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
+        every = _curves_in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
         conditioning, extent = every.motion.conditioning, every._table.extent.min(0)
         score = extent * np.sqrt(np.minimum(conditioning, 1)) * np.where(extent >= least, CURVE.first, 1.0)
         score = np.where(conditioning > CURVE.singular, score, -1.0).reshape(len(CHARTS), n)
@@ -239,10 +239,12 @@ def coupler_curve(
         if dtype is float:
             return every[chosen * n + np.arange(n)]
         chart = np.array(CHARTS)[chosen]
-    return _in_charts(linkage, point, chart, dtype, pole)
+    return _curves_in_charts(linkage, point, chart, dtype, pole)
 
 
-def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, pole: Complexes | None) -> CouplerCurve:
+def _curves_in_charts(
+    linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, pole: Complexes | None
+) -> CouplerCurve:
     """Return coupler curves in given charts."""
     moving = motion(linkage, chart, point, dtype, pole)
     velocity = moving.velocity_of(point)
@@ -258,7 +260,7 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Integers, dtype: Any, 
     return CouplerCurve(moving, point, tangent, still, cusp, pole)
 
 
-def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
+def _extend_to_turnings(guides: CouplerCurve, table: Table) -> Table:
     """Extend a table to the places where paths turn.
 
     A path turns between the neighbours of its last place in the table, at most one step beyond it.
@@ -273,13 +275,13 @@ def _to_turnings(guides: CouplerCurve, table: Table) -> Table:
             height = sign * guides.path[k](at)[0]
         turns = height[2] <= height[1]  # otherwise the next place is far away, or beyond the chart
         k, sign, at, height = k[turns], sign[turns], at[:, turns], height[:, turns]
-        tip, top = _summit(guides.path[k], sign, side, at, height)
+        tip, top = _find_summit(guides.path[k], sign, side, at, height)
         place = CURVE.steps + side * (inside[k] + (side * tip > side * at[1]))
         t[place, k], u[place, k] = tip, side * top
     return Table(t, u)
 
 
-def _summit(path: Path, sign: Integers, side: int, at: Floats, height: Floats) -> tuple[Floats, Floats]:
+def _find_summit(path: Path, sign: Integers, side: int, at: Floats, height: Floats) -> tuple[Floats, Floats]:
     """Find the greatest displacement of paths by successive parabolas.
 
     Parameters

@@ -57,7 +57,7 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
     last = 0.5 * (u[0] + u[-1] + 1j * (v[0] + v[-1]))
     with np.errstate(all="ignore"):
         stroke, along = np.abs(last), last / np.abs(last)
-        x, y = _unfolded(nodes.fine @ u, nodes.fine @ v)
+        x, y = _unfold_branches(nodes.fine @ u, nodes.fine @ v)
         x, y = x * along.real + y * along.imag, y * along.real - x * along.imag
         centre, heading, curvature = np.zeros_like(last), np.ones_like(last), np.zeros_like(stroke)
         if held is not None:  # the circle of that curvature through the cusp and the end
@@ -65,9 +65,9 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
             heading = np.exp(-1j * np.arcsin(0.5 * curvature * stroke))
         elif circle:
             centre, heading, curvature = _mean_circle(x, y, stroke)
-        deviation, foot, heading = _of_radius(x, y, stroke, centre, heading, curvature)
+        deviation, foot, heading = _annuli_of_curvature(x, y, stroke, centre, heading, curvature)
         if circle and held is None:
-            deviation, curvature = _narrowest(x, y, stroke, foot, heading, curvature, deviation)
+            deviation, curvature = _narrowest_annulus(x, y, stroke, foot, heading, curvature, deviation)
         if circle:
             rise = rise_over(stroke, curvature)
             return Fit(deviation, stroke, np.zeros_like(last), along, curvature, rise, unresolved)
@@ -78,7 +78,7 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
         return Fit(deviation, stroke, foot, heading, curvature, rise_over(stroke, curvature), unresolved)
 
 
-def _of_radius(
+def _annuli_of_curvature(
     x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array
 ) -> tuple[Array, Array, Array]:
     """Find the narrowest annuli of given curvatures.
@@ -123,7 +123,7 @@ def _of_radius(
     return np.where(settled, worst, np.nan), centre, heading
 
 
-def _narrowest(
+def _narrowest_annulus(
     x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array, deviation: Array
 ) -> tuple[Array, Array]:
     """Find the curvature of the narrowest annulus by golden section about a first estimate.
@@ -135,7 +135,7 @@ def _narrowest(
     low, high = curvature - reach, curvature + reach
 
     def width(bend: Array) -> Array:
-        found = _of_radius(x, y, stroke, centre, heading, bend)[0]
+        found = _annuli_of_curvature(x, y, stroke, centre, heading, bend)[0]
         return np.where(np.isnan(found), np.inf, found)
 
     left, right = high - CUSP.golden * (high - low), low + CUSP.golden * (high - low)
@@ -178,7 +178,7 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
     return centre, heading, curvature
 
 
-def _unfolded(u: Array, v: Array) -> tuple[Array, Array]:
+def _unfold_branches(u: Array, v: Array) -> tuple[Array, Array]:
     """Return the cusp and the points of both branches in the order of u.
 
     NaN where a branch turns back.

@@ -68,7 +68,7 @@ def kept_share(
     float
         Fraction from 0 to 1; machines that do not cover the stroke do not keep the tolerance.
     """
-    linkage, point = _drawn(guides, scatter, draws)
+    linkage, point = _simulate(guides, scatter, draws)
     chart = np.repeat(guides.motion.chart, len(point))
     moved = coupler_curve(linkage, point, chart=chart, least=0.5 * nominal.stroke)
     low, high = np.stack([traced.low, traced.high]).astype(float)
@@ -98,14 +98,14 @@ def kept_share_over_arc(
     scatter, tolerance, draws
         See `kept_share`.
     """
-    linkage, point = _drawn(guides, scatter, draws)
+    linkage, point = _simulate(guides, scatter, draws)
     centre, radius = np.repeat(traced.fit.centre, len(point)), np.repeat(-1 / traced.fit.curvature, len(point))
     with np.errstate(all="ignore"):
         deviation = traced_about(along_circuits(linkage, point), centre, radius, angle).fit.deviation
         return float(np.count_nonzero(deviation <= tolerance) / draws)
 
 
-def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> tuple[Linkage, Complexes]:
+def _simulate(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> tuple[Linkage, Complexes]:
     """Simulate machines of one guide, whose pivots and guided points scatter."""
     each = np.zeros(draws, int)
     steps = scatter * np.random.default_rng(SIMULATION.seed).normal(size=(draws, COUNT)) * scattered(guides.linkage)

@@ -160,12 +160,12 @@ class SampledPoses:
     @property
     def point(self) -> Complexes:
         """The guided point, shape (f, n)."""
-        return self._fine(self.path)
+        return self._interpolate(self.path)
 
     @property
     def slot(self) -> Complexes | None:
         """Both ends of the slot, shape (f, n, 2), None without one."""
-        return None if self.ends is None else self._fine(self.ends)
+        return None if self.ends is None else self._interpolate(self.ends)
 
     @cached_property
     def pins(self) -> Complexes:
@@ -173,25 +173,25 @@ class SampledPoses:
 
         A pivot at infinity is replaced by the point of its slide nearest to the fixed pivot.
         """
-        return self._fine(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
+        return self._interpolate(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
 
     @cached_property
     def slides(self) -> Complexes:
         """Ends of rails and slots by dyad, shape (f, n, 2, 2); NaN for cranks."""
         ends = slide_ends(self.linkage, slide_runs(self.linkage, self.pose))
-        moved = np.stack([self._fine(self.pose.point(z)) for z in ends.reshape(-1, 4).T], axis=-1)
+        moved = np.stack([self._interpolate(self.pose.point(z)) for z in ends.reshape(-1, 4).T], axis=-1)
         slot = (self.linkage.dyads == RP)[..., None]
         return np.where(slot, moved.reshape(-1, *ends.shape), ends)
 
     @cached_property
     def turn(self) -> Floats:
         """Angle of the coupler, shape (f, n) [rad], 0 in the reference position."""
-        return self._fine(np.unwrap(np.angle(1 + self.pose.x), axis=0))
+        return self._interpolate(np.unwrap(np.angle(1 + self.pose.x), axis=0))
 
     @cached_property
     def crank(self) -> Floats:
         """Angles of the cranks, shape (f, n, 2) [rad], NaN for sliders and slides."""
-        return self._fine(self._crank)
+        return self._interpolate(self._crank)
 
     @cached_property
     def lever(self) -> Floats:
@@ -201,8 +201,8 @@ class SampledPoses:
         rest.
         """
         with np.errstate(all="ignore"):
-            speed = np.abs(self._fine(times(differentiation(len(self.path) - 1), self.path)))
-            return np.asarray(self._fine(self._turning) / speed[..., None])
+            speed = np.abs(self._interpolate(times(differentiation(len(self.path) - 1), self.path)))
+            return np.asarray(self._interpolate(self._turning) / speed[..., None])
 
     @cached_property
     def missed(self) -> Floats:
@@ -225,7 +225,7 @@ class SampledPoses:
     def _grid(self) -> Grid:
         return grid(len(self.path) - 1)
 
-    def _fine(self, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
+    def _interpolate(self, values: npt.NDArray[Scalar]) -> npt.NDArray[Scalar]:
         return times(self._grid.fine, values)
 
     @property

@@ -153,11 +153,11 @@ def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     fit = traced.fit
     low, high = traced.low.astype(float), traced.high.astype(float)
     ends = np.stack([fit.start, fit.start + fit.stroke * fit.along])
-    goal = _along(fit, ends)
+    goal = _positions_along(fit, ends)
     step, found = SCATTER.step * (high - low), []
 
     def along(t: Floats) -> Floats:
-        place: Floats = _along(fit, guides.motion.pose(t[None]).point(guides.point))[0]
+        place: Floats = _positions_along(fit, guides.motion.pose(t[None]).point(guides.point))[0]
         return place
 
     back = along(low) > along(high)
@@ -171,7 +171,7 @@ def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     return found[0], found[1]
 
 
-def _along(fit: Fit, z: Complexes) -> Floats:
+def _positions_along(fit: Fit, z: Complexes) -> Floats:
     """Return the positions of points' feet (m, n) along nominals, from start to end."""
     x, y = seen(z.real, z.imag, fit.start + 0.5 * fit.stroke * fit.along, fit.along)
     place: Floats = concentric(x, y - fit.rise, fit.curvature)[1]

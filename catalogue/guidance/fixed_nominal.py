@@ -88,12 +88,12 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
             now, heading = nominal.along(guides.point + (x + 1j * y) * guides.tangent)
             missing = wanted - now
             u = u + missing * (heading * guides.tangent.conj()).real
-    deviation, unresolved, forward = _measured(guides, t, nominal, onward, nodes)
+    deviation, unresolved, forward = _measure(guides, t, nominal, onward, nodes)
     for more in (2, 4):
         again = np.isfinite(deviation) & (unresolved > NOMINAL.resolved * deviation + NOMINAL.rounding * stroke)
         if not again.any():
             break
-        part = _measured(guides[again], t[:, again], nominal, onward[again], more * nodes)
+        part = _measure(guides[again], t[:, again], nominal, onward[again], more * nodes)
         deviation[again], unresolved[again], forward[again] = part
     with np.errstate(all="ignore"):
         good = forward & (np.abs(missing).max(0) < NOMINAL.ends * stroke) & (deviation < NOMINAL.away * stroke)
@@ -104,7 +104,7 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
     return Traced(fit, np.zeros(len(guides), complex), t[0], t[1])
 
 
-def _measured(
+def _measure(
     guides: CouplerCurve, t: Floats, nominal: Nominal, onward: Mask, nodes: int
 ) -> tuple[Floats, Floats, Mask]:
     """Compute the largest distances from the nominal, their errors, and which paths run forward."""

@@ -69,8 +69,8 @@ def rotation_margin(linkage: Linkage) -> Floats:
     a, g, b, c, e, h = _lengths(linkage)
     kind = linkage.dyads[:, ::-1]
     four_bar = np.minimum(b + c - g - a, np.abs(g - a) - np.abs(b - c))
-    margin = _of_kind(kind, four_bar, b - a - e, np.abs(g - a) - h)
-    longest = np.maximum(a, _of_kind(kind, np.maximum(np.maximum(g, b), c), np.maximum(b, e), g))
+    margin = _select_by_kind(kind, four_bar, b - a - e, np.abs(g - a) - h)
+    longest = np.maximum(a, _select_by_kind(kind, np.maximum(np.maximum(g, b), c), np.maximum(b, e), g))
     # the rounding of coordinates depends on their distance from the origin
     z = np.where(linkage.finite, np.abs(linkage.points), 0).max((1, 2))
     nothing = CHANGE_POINT * longest + 8 * np.finfo(float).eps * z[:, None]
@@ -115,7 +115,7 @@ def transmission_turn(linkage: Linkage) -> Floats:
         reach = a + e
         slider = np.arctan2(np.sqrt((b - reach) * (b + reach)), reach)
         slide = np.arctan2(np.sqrt((near - h) * (near + h)), h)
-        angle = np.degrees(_of_kind(linkage.dyads[:, ::-1], four_bar, slider, slide))
+        angle = np.degrees(_select_by_kind(linkage.dyads[:, ::-1], four_bar, slider, slide))
         return np.where(margin > 0, angle, np.where(margin == 0, 0.0, np.nan))
 
 
@@ -149,7 +149,7 @@ def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
     )
 
 
-def _of_kind(
+def _select_by_kind(
     kind: Integers, four_bar: npt.NDArray[Scalar], slider: npt.NDArray[Scalar], slide: npt.NDArray[Scalar]
 ) -> npt.NDArray[Scalar]:
     """Select values by the kind of the driven dyad."""
@@ -274,7 +274,7 @@ def measure(
         run = slide_runs(linkage, pose)
         middle = _middle(path, traced)
         still = guides.cusp | in_middle  # at a cusp the pivots are taken where the point turns
-        slides = _in_middle(linkage, pose, slide_ends(linkage, run), middle, still)
+        slides = _move_to_middle(linkage, pose, slide_ends(linkage, run), middle, still)
         z = linkage.points
         at = [pose.point(z[:, i, 1]) for i in (0, 1)]
         machine, carried = linkage, at
@@ -285,15 +285,15 @@ def measure(
         # bit values 1 and 2 are the numbers of the cranks
         may_drive = nearest_to_turning(machine) if turning else driver
         angle, drives, missed = transmission(machine, carried, pose.x, may_drive)
-        drive_angle, rotation = _turned(machine, carried, pose.x, drives)
-        fixed = _finite(linkage, 0)
+        drive_angle, rotation = _drive_angles(machine, carried, pose.x, drives)
+        fixed = _finite_pivots(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
         now = np.where(still[:, None], z[:, :, 1], now)
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
         pivots = np.concatenate([fixed, now], axis=1)
         size = _size(path, pivots, slides)
         wide = np.flatnonzero(traced.fit.is_wide)
-        size[wide] = np.maximum(size[wide], _across(path[:, wide]))
+        size[wide] = np.maximum(size[wide], _path_diameter(path[:, wide]))
         last = grid(poses - 1).coefficients[-2:]
         unsure = np.abs(times(last, path)).sum(0), *np.abs(times(last, run)).sum(0).T
         missed = np.maximum(missed, np.fmax.reduce(unsure) / size)
@@ -301,7 +301,7 @@ def measure(
         if inverse:
             rail, slot = slot, rail
             fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
-        ends, pins = _finite(machine, 0), _finite(machine, 1)
+        ends, pins = _finite_pivots(machine, 0), _finite_pivots(machine, 1)
         arm = np.fmin.reduce(np.abs(point[:, None] - pins), axis=1)
         ground = np.abs(np.diff(ends, axis=1)[:, 0])
         links = np.abs(np.stack([*(pins - ends).T, np.diff(pins, axis=1)[:, 0]]))
@@ -341,7 +341,9 @@ def measure(
     return put(found, rough, finer)
 
 
-def _in_middle(linkage: Linkage, pose: Pose, ends: Complexes, middle: tuple[Indices, Floats], still: Mask) -> Complexes:
+def _move_to_middle(
+    linkage: Linkage, pose: Pose, ends: Complexes, middle: tuple[Indices, Floats], still: Mask
+) -> Complexes:
     """Move the ends of rails and slots (n, 2, 2) to mid-stroke, unless `still`."""
     ends = ends.copy()
     for i in (0, 1):
@@ -367,7 +369,7 @@ def _size(path: Complexes, pivots: Complexes, slides: Complexes) -> Floats:
     return size
 
 
-def _across(path: Complexes) -> Floats:
+def _path_diameter(path: Complexes) -> Floats:
     """Compute the diameter of paths (m, n), interpolated between points, shape (n,)."""
     fine = times(grid(len(path) - 1).fine, path)
     most = np.zeros(path.shape[1])
@@ -447,7 +449,7 @@ def transmission_sines(linkage: Linkage, at: list[Complexes], x: Complexes) -> F
     sines = []
     for driver in (0, 1):
         other = 1 - driver
-        ray = _of_kind(kind[:, other], at[other] - z[:, other, 0], z[:, other, 0], z[:, other, 1] * (1 + x))
+        ray = _select_by_kind(kind[:, other], at[other] - z[:, other, 0], z[:, other, 0], z[:, other, 1] * (1 + x))
         contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
         arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
         with np.errstate(all="ignore"):
@@ -455,12 +457,12 @@ def transmission_sines(linkage: Linkage, at: list[Complexes], x: Complexes) -> F
     return np.stack(sines)
 
 
-def _finite(linkage: Linkage, plane: int) -> Complexes:
+def _finite_pivots(linkage: Linkage, plane: int) -> Complexes:
     """Return the fixed (0) or moving (1) pivots, shape (n, 2); NaN for those at infinity."""
     return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
 
 
-def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Integers) -> tuple[Floats, Floats]:
+def _drive_angles(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Integers) -> tuple[Floats, Floats]:
     """Compute the rotation of the driving crank, and the range of the coupler's angle [deg].
 
     Rotations are accumulated from pose to pose, so that those beyond 180 degrees are counted.

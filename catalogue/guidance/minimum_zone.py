@@ -195,7 +195,7 @@ def alternating(
             c, error, index = exchange(x, y, index, between=between)
             centre, heading = shifted(origin, chord, c[0], c[1])
             stroke, foot = ((last - first) * heading.conj()).real, ((first - centre) * heading.conj()).imag
-            deviation = _across(c[1], error, np.take_along_axis(x, index, 0))
+            deviation = _strip_half_width(c[1], error, np.take_along_axis(x, index, 0))
             rise = np.zeros_like(curvature)
             return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, rise, unresolved), index
         heading, centre, open_ = chord.copy(), np.zeros_like(origin), np.arange(u.shape[1])
@@ -221,7 +221,7 @@ def alternating(
         return Fit(deviation, stroke, first, chord, curvature, rise, unresolved), alternates
 
 
-def _across(slope: Floats, error: Floats, x: Floats) -> Floats:
+def _strip_half_width(slope: Floats, error: Floats, x: Floats) -> Floats:
     """Compute half widths of strips narrowest across the x axis, extremes at x (3, n).
 
     Such a strip is narrowest across its own axis too if rotation either way widens it: by half a
@@ -283,9 +283,9 @@ def exchange(
         open_, xs, gs, bs, at = np.arange(n), x, g, by, index
         for _ in range(MINIMUM_ZONE.exchanges):
             column = np.arange(len(open_))
-            c[:, open_], level[open_] = _level(xs, gs[at, column], at, sign, bs)
+            c[:, open_], level[open_] = _solve_level(xs, gs[at, column], at, sign, bs)
             if peaks_too:
-                more, level[open_] = _level(xs, _peaks(c[:, open_], xs, gs, at, bs), at, sign, bs)
+                more, level[open_] = _solve_level(xs, _peaks(c[:, open_], xs, gs, at, bs), at, sign, bs)
                 c[:, open_] += more
             residual = _residual(c[:, open_], xs, gs, bs)
             height = raised(np.abs(residual)) if peaks_too else np.abs(residual)
@@ -299,9 +299,11 @@ def exchange(
             open_, xs, gs, bs = open_[better], xs[:, better], gs[:, better], None if bs is None else bs[:, better]
             index[:, open_] = at
     if not between:
-        more, level = _level(x, _peaks(c, x, g, index, by) if peaks else _at(c, x, g, index, by), index, sign, by)
+        more, level = _solve_level(
+            x, _peaks(c, x, g, index, by) if peaks else _residual_at(c, x, g, index, by), index, sign, by
+        )
         c = c + more
-    noise = np.where(value <= 4 * rounding, value, 0)  # where the exchange stopped within rounding
+    noise = np.where(value <= 4 * rounding, value, 0)  # residuals of rounding size, at which the exchange stopped
     return c, np.maximum(np.abs(level), noise), index
 
 
@@ -311,13 +313,13 @@ def _residual(c: Floats, x: Floats, g: Floats, by: Floats | None) -> Floats:
     return np.asarray(g - (found if by is None else found / by))
 
 
-def _at(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -> Floats:
+def _residual_at(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -> Floats:
     """Return the residual at points given by their indices, (k, n)."""
     column = np.arange(index.shape[1])
     return _residual(c, x[index, column], g[index, column], None if by is None else by[index, column])
 
 
-def _level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats | None) -> tuple[Floats, Floats]:
+def _solve_level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats | None) -> tuple[Floats, Floats]:
     """Solve for the polynomial (over `by`) with alternating errors at the reference."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
@@ -368,7 +370,7 @@ def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indic
 def _peaks(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -> Floats:
     """Evaluate residuals at the reference, (k, n), inner extremes by parabolas."""
     inner = np.clip(index, 1, len(x) - 2)
-    at, low, high = (_at(c, x, g, inner + k, by) for k in (0, -1, 1))
+    at, low, high = (_residual_at(c, x, g, inner + k, by) for k in (0, -1, 1))
     bend = low - 2 * at + high
     gain = np.where(bend != 0, (high - low) ** 2 / (8 * np.where(bend == 0, 1, bend)), 0)
     gain = np.where(np.abs(gain) <= 0.1 * np.abs(at), gain, 0)  # no extreme there: an end, or rounding

@@ -44,7 +44,7 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
     a change point in that position, wherever it is on the stroke. Guides without a trace keep their
     place.
     """
-    there = _there(traced)
+    there = _has_trace(traced)
     now, here, seen = mid_stroke(guides, traced)
     with np.errstate(all="ignore"):
         scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
@@ -68,7 +68,7 @@ def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes
     Return them without displacement of the frame, and their traces in unchanged charts, with
     parameters relative to this position.
     """
-    there = _there(traced)
+    there = _has_trace(traced)
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
@@ -79,7 +79,7 @@ def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes
     return pose.linkages(linkage), pose.point(point)[0], Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
 
-def _there(traced: Traced) -> Mask:
+def _has_trace(traced: Traced) -> Mask:
     return np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
 
 
@@ -119,10 +119,12 @@ def at_stroke(
     at, rest = np.flatnonzero(guides.cusp), np.flatnonzero(~guides.cusp)
     for _ in range(PLACEMENT.cusp_rounds if len(at) else 0):
         with np.errstate(all="ignore"):
-            half[at] *= stroke[at] / _from_cusp(guides[at], half[at], circle, nodes)
-    half[rest], centre[rest] = _about_point(guides[rest], stroke[rest])
+            half[at] *= stroke[at] / _strokes_from_cusp(guides[at], half[at], circle, nodes)
+    half[rest], centre[rest] = _window_about_point(guides[rest], stroke[rest])
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
-    found, half, centre = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
+    found, half, centre = _correct_windows(
+        found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held
+    )
     fine = (found.relative < PLACEMENT.fine) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
@@ -138,7 +140,7 @@ def at_stroke(
     return found
 
 
-def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> Floats:
+def _strokes_from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> Floats:
     """Return the strokes of guides that return, over windows of given length, shape (n,)."""
     if not circle:
         return np.asarray(trace(guides, half, circle=False, split=False, nodes=nodes).fit.stroke)
@@ -146,7 +148,7 @@ def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> 
     return np.asarray(np.abs(0.5 * (u.sum(0) + 1j * v.sum(0))))  # the chord, whatever the circle
 
 
-def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
+def _window_about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
     """Solve for half length and centre of windows of a stroke, centred at the guided points.
 
     Each round computes the ends on circles through the last ends and the guided points.
@@ -201,14 +203,14 @@ def near_stroke(guides: CouplerCurve, stroke: float, *, circle: bool, curvature:
     """
     held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
-    half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
+    half = np.where(guides.cusp, half, _window_of_chord(guides, half, centre, np.full_like(half, stroke)))
     found = trace(guides, half, circle=circle, split=False, centre=centre, held=held)
     if held is None:
         return found
-    return _corrected(found, guides, stroke, half, circle=circle, centre=centre, held=held)[0]
+    return _correct_windows(found, guides, stroke, half, circle=circle, centre=centre, held=held)[0]
 
 
-def _corrected(
+def _correct_windows(
     found: Traced,
     guides: CouplerCurve,
     stroke: Floats | float,
@@ -245,7 +247,7 @@ def _corrected(
     return found, half, centre
 
 
-def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
+def _window_of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
     """Solve for half windows whose ends are `chord` apart, starting at `half`, without a fit."""
     for _ in range(PLACEMENT.rounds):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)

@@ -38,7 +38,7 @@ def slide_runs(linkage: Linkage, pose: Pose) -> Floats:
         some = np.flatnonzero(linkage.dyads[:, i] != RR)
         if not len(some):
             continue
-        home, along = _line(linkage[some], i)
+        home, along = _slot_line(linkage[some], i)
         part = Pose(pose.d[:, some], pose.x[:, some], pose.origin[some])
         with np.errstate(all="ignore"):
             gone = part.point(home) - home
@@ -68,7 +68,7 @@ def slide_ends(linkage: Linkage, run: Floats) -> Complexes:
     for i in (0, 1):
         some = np.flatnonzero(linkage.dyads[:, i] != RR)
         if len(some):
-            home, along = _line(linkage[some], i)
+            home, along = _slot_line(linkage[some], i)
             way = times(fine, run[:, some, i])
             ends[some, i] = home[:, None] + along[:, None] * np.stack([-largest(-way), largest(way)], axis=-1)
     return ends
@@ -91,10 +91,10 @@ def extremes(run: Floats) -> Floats:
         at_ends.max(0) + high - at_ends <= EXTREME_MARGIN * span
     )
     ends = np.where(extreme[..., None], np.eye(len(run))[[0, -1], None], np.nan)
-    return np.concatenate([ends, [_peak(run), _peak(-run)]])
+    return np.concatenate([ends, [_peak_weights(run), _peak_weights(-run)]])
 
 
-def _peak(values: Floats) -> Floats:
+def _peak_weights(values: Floats) -> Floats:
     """Compute the weights (n, m) of the inner maximum of values (m, n), by a parabola.
 
     The parabola is that of `largest`; NaN where the first or last value is the maximum.
@@ -112,7 +112,7 @@ def _peak(values: Floats) -> Floats:
     return np.asarray(before + here + after)
 
 
-def _line(linkage: Linkage, i: int) -> tuple[Complexes, Complexes]:
+def _slot_line(linkage: Linkage, i: int) -> tuple[Complexes, Complexes]:
     """Return a point and the unit vector of the slot of dyad i, (n,) each."""
     fixed, moving = linkage.points[:, i].T
     slider = linkage.dyads[:, i] == PR

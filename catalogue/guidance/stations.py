@@ -199,7 +199,7 @@ class Stationed(Rows):
 
     def denser(self) -> Stationed:
         """Solve for the poses at twice as many stations."""
-        between = _between(self.intervals)
+        between = _refinement_matrix(self.intervals)
         error, angle = self.error @ between.T, self.angle @ between.T
         return Stationed.settled(self.linkage, self.point, self.curvature, error, angle)
 
@@ -248,12 +248,12 @@ class Stationed(Rows):
         near = self.deviation < STATION.astray
         error = np.where(near[:, None], self.error, 0.0)
         if any_radius:
-            factor, shift, bend, left = self._of_best_radius(error)
+            factor, shift, bend, left = self._fit_free_arc(error)
         elif (self.curvature == 0).all():
-            factor, shift, left = _of_best_line(error)
+            factor, shift, left = _fit_line(error)
             bend = self.curvature
         else:
-            shift, left = self._of_best_place(error)
+            shift, left = self._fit_shift(error)
             factor, bend = np.ones(len(self), complex), self.curvature
         good = near & np.isfinite(factor) & np.isfinite(shift) & np.isfinite(bend)
         factor, shift = np.where(good, factor, 1.0), np.where(good, shift, 0.0)
@@ -262,18 +262,18 @@ class Stationed(Rows):
         left = np.where(good[:, None], left, self.error)
         return Stationed.settled(linkage, factor * self.point + shift, bend, left, self.angle)
 
-    def _of_best_place(self, error: Floats) -> tuple[Complexes, Floats]:
+    def _fit_shift(self, error: Floats) -> tuple[Complexes, Floats]:
         """Return the best shifts of arcs of given radii, and the remaining errors."""
         turn = np.angle(self.nominal[1]).T
-        (up, back), left = _fitted(np.stack([np.cos(turn), np.sin(turn)], axis=2), error)
+        (up, back), left = _fit_columns(np.stack([np.cos(turn), np.sin(turn)], axis=2), error)
         return back - 1j * up, left
 
-    def _of_best_radius(self, error: Floats) -> tuple[Complexes, Complexes, Floats, Floats]:
+    def _fit_free_arc(self, error: Floats) -> tuple[Complexes, Complexes, Floats, Floats]:
         """Fit arcs of free radius: return factors and shifts, curvatures, and remaining errors."""
         place, tangent = self.nominal
         turn = np.angle(tangent).T
         columns = np.stack([np.cos(turn), np.sin(turn), np.ones(turn.shape)], axis=2)
-        (up, back, out), left = _fitted(columns, error)
+        (up, back, out), left = _fit_columns(columns, error)
         with np.errstate(all="ignore"):
             radius = -1 / self.curvature
             centre = 0.5 - back + 1j * (up - np.sqrt(np.maximum(radius * radius - 0.25, 0.0)))
@@ -285,11 +285,11 @@ class Stationed(Rows):
         return factor, -low * factor, bend, left * size[:, None]
 
 
-def _of_best_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
+def _fit_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
     """Return factors and shifts of paths near a line, and the remaining errors (n, m)."""
     nodes = grid(error.shape[1] - 1).nodes
     columns = np.broadcast_to(np.stack([np.ones_like(nodes), nodes], axis=1), (*error.shape, 2))
-    (up, slope), left = _fitted(columns, error)
+    (up, slope), left = _fit_columns(columns, error)
     middle = 0.5 * (left.max(1) + left.min(1))
     up, left = up + middle, left - middle[:, None]
     low, high = 1j * (up - slope), 1 + 1j * (up + slope)
@@ -297,7 +297,7 @@ def _of_best_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
     return factor, -low * factor, left
 
 
-def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
+def _fit_columns(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
     """Fit columns (n, m, k) to errors; return coefficients (k, n) and residuals."""
     across = np.swapaxes(columns, 1, 2)
     square = across @ columns
@@ -308,7 +308,7 @@ def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
 
 
 @lru_cache
-def _between(intervals: int) -> Floats:
+def _refinement_matrix(intervals: int) -> Floats:
     """Return the matrix that interpolates from Chebyshev points to twice as many."""
     angle = np.pi * (1 - np.arange(2 * intervals + 1) / (2 * intervals))
     waves = np.cos(angle[:, None] * np.arange(intervals + 1))

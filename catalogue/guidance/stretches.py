@@ -129,7 +129,7 @@ def straightest(
         seek = Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
         return seek.numbered(least(seek, stroke[block], np.full(len(block), np.inf), count, last=last))
 
-    return _by_blocks(found, len(circuits))
+    return _evaluate_in_blocks(found, len(circuits))
 
 
 def least(
@@ -163,11 +163,11 @@ def least(
     at, by = join(more, at), np.concatenate([near, by])
     if seek.quick:
         lead = seek.leading(at, at.deviation, QUICK_SEARCH.moved)
-        at, by = _near_the_best(seek, at[lead], by[lead], bound, WINDOW.looser)
-        at, by = _near_the_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.close)
-        at, by = _near_the_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.closer)
+        at, by = _select_near_best(seek, at[lead], by[lead], bound, WINDOW.looser)
+        at, by = _select_near_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.close)
+        at, by = _select_near_best(seek, *seek.moved(at, by, STRETCH_SEARCH.first), bound, QUICK_SEARCH.closer)
         apart = seek.distinct(at)
-        at, _ = _near_the_best(seek, at[apart], by[apart], bound, QUICK_SEARCH.tied)
+        at, _ = _select_near_best(seek, at[apart], by[apart], bound, QUICK_SEARCH.tied)
         at, _ = seek.moved(at, QUICK_SEARCH.piece * (at.high - at.low), last, WINDOW.finer, along=True)
         return at[seek.leading(at, at.deviation, 1)]
     at, by = seek.moved(at, by, STRETCH_SEARCH.first)
@@ -178,7 +178,9 @@ def least(
     return at
 
 
-def _near_the_best(seek: Search, at: Stretches, by: Floats, bound: Floats, within: float) -> tuple[Stretches, Floats]:
+def _select_near_best(
+    seek: Search, at: Stretches, by: Floats, bound: Floats, within: float
+) -> tuple[Stretches, Floats]:
     """Select the windows of each linkage nearly as straight as its best, or as bounds (k,)."""
     some = np.flatnonzero(at.deviation <= within * seek.best(at, bound)[at.circuit])
     return at[some], by[some]
@@ -218,7 +220,7 @@ def longest(
             open_ = np.flatnonzero(np.isin(own, own[more.circuit]))
         return seek.numbered(at)
 
-    return _by_blocks(found, len(circuits))
+    return _evaluate_in_blocks(found, len(circuits))
 
 
 def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches:
@@ -336,7 +338,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     return at
 
 
-def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
+def _evaluate_in_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
     """Evaluate a function on blocks of n circuits, several blocks at once."""
     if n <= STRETCH_SEARCH.alone:
         return found(np.arange(n))

@@ -65,22 +65,22 @@ def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
     fixed = np.broadcast_to(linkage.points[None, :, :, 0], moves.pins.shape)
     pivots = np.where(linkage.dyads == RR, fixed, moves.pins)
     last = moves.point[..., None] if moves.slot is None else moves.slot
-    return np.concatenate([pivots, moves.pins, last, *_slides(linkage, moves)], axis=-1)
+    return np.concatenate([pivots, moves.pins, last, *_slide_ends(linkage, moves)], axis=-1)
 
 
-def _slides(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
+def _slide_ends(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
     """Compute the ends of rails and of slots, (f, n, 4) each, if any.
 
     For a crank both ends are its moving pivot.
     """
     found = []
-    for kind in _sliding(linkage):
+    for kind in _slide_kinds(linkage):
         ends = np.where((linkage.dyads == kind)[..., None], moves.slides, moves.pins[..., None])
         found.append(ends.reshape(*ends.shape[:2], 4))
     return found
 
 
-def _sliding(linkage: Linkage) -> list[int]:
+def _slide_kinds(linkage: Linkage) -> list[int]:
     """Return the kinds of slides that linkages have."""
     return [kind for kind in (PR, RP) if (linkage.dyads == kind).any()]
 
@@ -92,7 +92,7 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """
     guided = [4] if moves.slot is None else [4, 5]
     joined, first = [SEGMENTS if moves.slot is None else SLOTTED], 4 + len(guided)
-    for kind in _sliding(linkage):
+    for kind in _slide_kinds(linkage):
         joined.append(first + ALONG)
         if kind == RP:  # the coupler is a plate that holds its slots
             joined.append(first + ACROSS)
@@ -108,15 +108,15 @@ def protrusion(area: Area, swept: Complexes) -> Floats:
     """
     if area.is_convex:  # the farthest point of a segment from a convex region is one of its ends
         return largest(area.outside(swept).max(axis=(2, 3)))
-    return _farthest(area, swept, 1)
+    return _largest_distance(area, swept, 1)
 
 
 def intrusion(area: Area, swept: Complexes) -> Floats:
     """Compute the intrusion of segments (f, n, k, 2) into a region, negative outside, (n,)."""
-    return _farthest(area, swept, -1)
+    return _largest_distance(area, swept, -1)
 
 
-def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
+def _largest_distance(area: Area, swept: Complexes, side: int) -> Floats:
     """Compute the largest distance of segments outside (`side` 1) or inside (-1) of a region.
 
     Where a segment crosses edges of the region, points between the crossings are tested too.
@@ -127,13 +127,13 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     some = np.flatnonzero(amount <= 0)
     if len(some):  # a crossing may lie between two stations
         near = swept[:, some]
-        more = np.fmax.reduce((side * area.outside(_between(area, near))).max(axis=-1), axis=(0, 2))
+        more = np.fmax.reduce((side * area.outside(_points_between_crossings(area, near))).max(axis=-1), axis=(0, 2))
         passed = np.where(more > 0, more, SWEPT_AREA.grazed * np.abs(near).max((0, 2, 3)))
         amount[some] = np.where(np.isfinite(more), passed, amount[some])
     return amount
 
 
-def _between(area: Area, swept: Complexes) -> Complexes:
+def _points_between_crossings(area: Area, swept: Complexes) -> Complexes:
     """Return points of segments between crossed edges, shape (f, n, k, stations).
 
     NaN where a segment crosses fewer than two.

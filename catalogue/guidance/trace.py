@@ -167,11 +167,11 @@ def _measure(
         found, shift = cusped_zone(u, v, circle, points, held), np.zeros_like(guides.tangent)
     elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
-        moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, SPLITTING.leash)
+        moved_u, moved_v, shift, plain = _straighten(u, v, cos, sin, half, circle, points, SPLITTING.leash)
         found = _fit(moved_u, moved_v, circle, points)
         poor = ~(found.deviation < SPLITTING.helps * plain) & (np.abs(shift) > SPLITTING.short_leash * half)
         if poor.any():
-            found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
+            found, shift = _retry_splitting(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
     else:
         found, shift = _fit(u, v, circle, points, held, between=between), np.zeros_like(guides.tangent)
@@ -188,13 +188,13 @@ def _fit(u: Floats, v: Floats, circle: bool, points: Grid, held: Floats | None =
     return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held, between=between)
 
 
-def _split_again(
+def _retry_splitting(
     found: Fit, shift: Complexes, poor: Mask, paths: tuple[Floats, ...], half: Floats, circle: bool, points: Grid
 ) -> tuple[Fit, Complexes]:
     """Retry splittings that did not reduce the error by a shorter step, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
-    moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SPLITTING.short_leash)
+    moved_u, moved_v, step, _ = _straighten(u, v, cos, sin, half[poor], circle, points, SPLITTING.short_leash)
     n = len(step)
     both = _fit(np.concatenate([moved_u, u], axis=1), np.concatenate([moved_v, v], axis=1), circle, points)
     short, plain = both[:n], both[n:]
@@ -207,12 +207,12 @@ def _split_again(
     return found, shift
 
 
-def _straightened(
+def _straighten(
     u: Floats, v: Floats, cos: Floats, sin: Floats, half: Floats, circle: bool, points: Grid, leash: float
 ) -> tuple[Floats, Floats, Complexes, Floats]:
     """Return the paths (u, v) after splitting, the shift of the point, and the error before."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
-    curvature = _bend(u, v) if circle else np.zeros_like(half)
+    curvature = _chord_curvature(u, v) if circle else np.zeros_like(half)
     errors = []
     for _ in range(SPLITTING.rounds):
         step, error = _step(u, v, cos, sin, half, curvature, points.coefficients, leash)
@@ -259,7 +259,7 @@ def _step(
         return np.where(np.isfinite(step) & ~(error <= SPLITTING.straight * half), step, 0), error
 
 
-def _bend(u: Floats, v: Floats) -> Floats:
+def _chord_curvature(u: Floats, v: Floats) -> Floats:
     """Compute the curvature of circles through ends and middles of paths, left positive, (n,)."""
     chord = u[-1] - u[0] + 1j * (v[-1] - v[0])
     middle = len(u) // 2

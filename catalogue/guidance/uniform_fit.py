@@ -64,7 +64,7 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
         at, column = chosen[:, open_], open_
         here, known = terms[:, at, column], values[at, column]  # (2, 3, k), (3, k)
         with np.errstate(all="ignore"):
-            fit[:, open_], level, weights = _equalised(here, known)
+            fit[:, open_], level, weights = _equalise(here, known)
             errors = values[:, open_] - (terms[:, :, open_] * fit[:, None, open_]).sum(0)
             worst = np.abs(errors).argmax(0)
             each = np.arange(len(open_))
@@ -73,7 +73,7 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
             more = np.abs(farthest) > level * (1 + UNIFORM_FIT.reached) + rounding[open_]
             if not more.any():
                 break
-            leaving = _leaving(
+            leaving = _leaving_point(
                 np.where(weights < 0, -1, 1) * here, np.abs(weights), np.sign(farthest) * terms[:, worst, open_]
             )
         some = open_[more]
@@ -82,7 +82,7 @@ def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) ->
     return fit, largest, chosen
 
 
-def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
+def _equalise(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     """Fit two terms (2, 3, n) to three values (3, n) with equal errors.
 
     Returns
@@ -99,7 +99,7 @@ def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     weights = weights / (np.abs(weights).sum(0) * np.where((weights * values).sum(0) < 0, -1, 1))
     level = np.asarray((weights * values).sum(0))
     rest = values - level * np.where(weights < 0, -1.0, 1.0)
-    return _through(terms, rest, np.abs(weights).argmax(0)), level, weights
+    return _interpolate(terms, rest, np.abs(weights).argmax(0)), level, weights
 
 
 def _cross(a: Floats, b: Floats) -> Floats:
@@ -107,14 +107,14 @@ def _cross(a: Floats, b: Floats) -> Floats:
     return np.asarray(a[0] * b[1] - a[1] * b[0])
 
 
-def _through(terms: Floats, values: Floats, without: Indices) -> Floats:
+def _interpolate(terms: Floats, values: Floats, without: Indices) -> Floats:
     """Interpolate values (3, k) by terms (2, 3, k) at two of three points."""
     column = np.arange(terms.shape[2])
     (a, b), (p, q) = ([part[..., (without + i) % 3, column] for i in (1, 2)] for part in (terms, values))
     return np.stack([p * b[1] - q * a[1], q * a[0] - p * b[0]]) / _cross(a, b)
 
 
-def _leaving(terms: Floats, weights: Floats, entering: Floats) -> Indices:
+def _leaving_point(terms: Floats, weights: Floats, entering: Floats) -> Indices:
     """Return which of three signed terms (2, 3, k) leaves for another, (2, k).
 
     It is the one whose weight vanishes first.

@@ -102,15 +102,15 @@ def wide_arcs(
     """
     half = 0.5 * np.radians(angle)
     with np.errstate(all="ignore"):
-        ends, way = _bracketed(some, point, middle, centre, half)
+        ends, way = _bracket_ends(some, point, middle, centre, half)
         points = grid(nodes)
         for _ in range(WIDE_ARC.rounds):
             z = _path(some, point, ends, points)
             centre = mean_centre(z, radius, centre, by_length(z))
-            ends, off = _corrected(some, point, middle, centre, half * way, ends)
+            ends, off = _correct_ends(some, point, middle, centre, half * way, ends)
             if not (off > WIDE_ARC.reached).any():
                 break
-        found = _measured(some, point, middle, ends, way, centre, radius, angle, points)
+        found = _measure(some, point, middle, ends, way, centre, radius, angle, points)
         rough = np.flatnonzero(np.isfinite(found.fit.deviation) & ~resolved(found.fit))
         if len(rough) and nodes < most:
             finer = wide_arcs(
@@ -134,7 +134,7 @@ def _path(some: Circuits, point: Complexes, ends: Floats, points: Grid) -> Compl
     return np.asarray(some.pose(0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]).point(point))
 
 
-def _bracketed(
+def _bracket_ends(
     some: Circuits, point: Complexes, middle: Floats, centre: Complexes, half: float
 ) -> tuple[Floats, Floats]:
     """Solve for the ends of windows about given centres.
@@ -181,7 +181,7 @@ def _bracketed(
     return np.stack(ends), way
 
 
-def _corrected(
+def _correct_ends(
     some: Circuits, point: Complexes, middle: Floats, centre: Complexes, half: Floats, ends: Floats
 ) -> tuple[Floats, Floats]:
     """Take a Newton step of the ends of windows, whose centres have moved.
@@ -203,7 +203,7 @@ def _corrected(
     return bounded, np.abs(off).max(0)
 
 
-def _measured(
+def _measure(
     some: Circuits,
     point: Complexes,
     middle: Floats,

@@ -66,11 +66,11 @@ def nearest_arcs(
     WideArcs
         The n windows found.
     """
-    of, middle, by, centre = _begun(circuits, point, radius, angle, max(WIDE.spare * count, WIDE.least))
+    of, middle, by, centre = _select_promising(circuits, point, radius, angle, max(WIDE.spare * count, WIDE.least))
     if not len(of):
         return of, wide_arcs(circuits[of], point[of], middle, centre, np.full(0, radius), angle)
     best = wide_arcs(circuits[of], point[of], middle, centre, np.full(len(of), radius), angle)
-    kept = _leading(of, best.fit.deviation, max(WIDE.spare * count, WIDE.least))
+    kept = _select_best(of, best.fit.deviation, max(WIDE.spare * count, WIDE.least))
     of, by, best = of[kept], by[kept], best[kept]
     centre = np.where(np.isfinite(best.fit.deviation), best.centre, centre[kept])
     for _ in range(WIDE.rounds):
@@ -88,14 +88,14 @@ def nearest_arcs(
     return of[good], best[good]
 
 
-def _leading(of: Indices, deviation: Floats, count: int) -> Indices:
+def _select_best(of: Indices, deviation: Floats, count: int) -> Indices:
     """Select at most `count` windows of each circuit by their deviation, NaN last."""
     order = np.lexsort((np.nan_to_num(deviation, nan=np.inf), of))
     rank = np.arange(len(of)) - np.searchsorted(of[order], of[order])
     return np.sort(order[rank < count])
 
 
-def _begun(
+def _select_promising(
     circuits: Circuits, point: Complexes, radius: float, angle: float, count: int
 ) -> tuple[Indices, Floats, Floats, Complexes]:
     """Select the most promising windows, at most `count` per circuit.
@@ -109,13 +109,13 @@ def _begun(
         wanted = np.nan_to_num(WIDE.pieces * curves.length / length, nan=0.0, posinf=WIDE.most)
     pieces = WIDE.fewest * 2 ** np.ceil(np.log2(np.clip(wanted, WIDE.fewest, WIDE.most) / WIDE.fewest)).astype(int)
     parts = [
-        _of_pieces(curves, np.flatnonzero((pieces == many) & (wanted > 0)), int(many), radius, length, count)
+        _search_pieces(curves, np.flatnonzero((pieces == many) & (wanted > 0)), int(many), radius, length, count)
         for many in np.unique(pieces)
     ]
     return tuple(np.concatenate(values) for values in zip(*parts, strict=True))  # type: ignore[return-value]
 
 
-def _of_pieces(
+def _search_pieces(
     curves: Curves, which: Indices, pieces: int, radius: float, length: float, count: int
 ) -> tuple[Indices, Floats, Floats, Complexes]:
     """Find the windows of curves that are cut into a given number of pieces."""

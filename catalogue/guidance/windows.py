@@ -187,38 +187,38 @@ class Search:
         Windows beyond the ends of open circuits are moved back. A stroke is a chord, or with
         `along` a length along the best line.
         """
-        found = self._over(at, at.chord if along else at.stroke, nodes)
+        found = self._measure_over_chords(at, at.chord if along else at.stroke, nodes)
         for _ in range(WINDOW.tilts * along):
             with np.errstate(all="ignore"):
                 off = np.flatnonzero(np.abs(found.stroke - at.stroke) > WINDOW.close * at.stroke)
                 if not len(off):
                     break
                 chord = at.stroke[off] / found.stroke[off] * found.chord[off]
-            found = put(found, off, self._over(found[off], chord, nodes))
+            found = put(found, off, self._measure_over_chords(found[off], chord, nodes))
         return replace(found, stroke=at.stroke, chord=np.where(np.isnan(found.deviation), at.stroke, found.chord))
 
-    def _over(self, at: Stretches, chord: Floats, nodes: int) -> Stretches:
+    def _measure_over_chords(self, at: Stretches, chord: Floats, nodes: int) -> Stretches:
         """Measure windows of given chords (n,), with strokes along the best line."""
-        path, open_ = self._path(at), self._open(at)
+        path, open_ = self._path(at), self._is_open(at)
         with np.errstate(all="ignore"):
             # an open circuit has two ends, at which windows stop
             low = np.where(open_, np.maximum(at.low, 0.0), at.low)
-            high = _far_end(path, low, at.high + low - at.low, chord)
+            high = _solve_end(path, low, at.high + low - at.low, chord)
             beyond = open_ & (high > 2 * np.pi)
             if beyond.any():
-                low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, chord), low)
+                low = np.where(beyond, _solve_end(path, np.where(beyond, 2 * np.pi, high), low, chord), low)
                 high = np.where(beyond, 2 * np.pi, high)
-            found = self._between(replace(at, low=low, high=high), nodes, path)
+            found = self._measure_between_ends(replace(at, low=low, high=high), nodes, path)
             close = np.abs(found.chord - chord) <= WINDOW.close * chord
             return replace(found, deviation=np.where(close, found.deviation, np.nan))
 
     def between(self, at: Stretches, nodes: int = WINDOW.nodes) -> Stretches:
         """Measure windows between their ends; strokes are those along the best line."""
-        return self._between(at, nodes, self._path(at))
+        return self._measure_between_ends(at, nodes, self._path(at))
 
-    def _between(self, at: Stretches, nodes: int, path: Path) -> Stretches:
+    def _measure_between_ends(self, at: Stretches, nodes: int, path: Path) -> Stretches:
         """Measure windows on their paths between their ends."""
-        open_ = self._open(at)
+        open_ = self._is_open(at)
         low, high = at.low, at.high
         with np.errstate(all="ignore"):
             points = grid(nodes)
@@ -235,7 +235,9 @@ class Search:
                 & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
             )
             per, v = WINDOW.finer // nodes, np.where(forward, seen.imag, np.nan)
-            fit, index = alternating(seen.real, v, self.circle, points, held, _apart(at.extremes.T // per, 4 * nodes))
+            fit, index = alternating(
+                seen.real, v, self.circle, points, held, _make_increasing(at.extremes.T // per, 4 * nodes)
+            )
             stroke, deviation = half * fit.stroke, half * fit.deviation
             return Stretches(at.circuit, low, high, stroke, 2 * half, deviation, per * index.T)
 
@@ -245,7 +247,7 @@ class Search:
         some, z, offset, sense = curves.circuits[of], curves.point[of], curves.offset[of], curves.sense[of]
         return lambda s: np.asarray(some.pose(offset + sense * s).point(z))
 
-    def _open(self, at: Stretches) -> Mask:
+    def _is_open(self, at: Stretches) -> Mask:
         """Tell which windows are on open circuits."""
         return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
@@ -255,7 +257,7 @@ class Search:
             return at, np.zeros(0)
         count, kept = TRIALS_ABOUT[self.quick]
         by = WINDOW.wide * (at.high - at.low)
-        tried, off = self._tried(at, by, np.linspace(-1, 1, count))
+        tried, off = self._try_moves(at, by, np.linspace(-1, 1, count))
         beside = np.pad(off, ((1, 1), (0, 0)), constant_values=np.inf)
         off = np.where((off <= beside[:-2]) & (off < beside[2:]), off, np.inf)
         order = np.argsort(off, axis=0, kind="stable")[:kept]
@@ -308,7 +310,7 @@ class Search:
             return np.arange(len(self.curves))
         return np.asarray(np.unique(self.curves.circuits.of, return_inverse=True)[1])
 
-    def _tried(
+    def _try_moves(
         self, at: Stretches, by: Floats, way: Floats, nodes: int = WINDOW.nodes, *, along: bool = False
     ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths by fractions `way` (m,) of `by` (n,) [rad].
@@ -340,9 +342,9 @@ class Search:
         farther = WINDOW.farther if correcting or along else 1.0
         for _ in range(all_rounds if rounds is None else rounds):
             if rounds is not None or correcting or along or nodes != WINDOW.nodes:
-                tried, off = self._tried(at, by, way, nodes, along=along)
+                tried, off = self._try_moves(at, by, way, nodes, along=along)
             else:  # the first trial is the window itself, which is measured already
-                tried, off = self._tried(at, by, way[1:], nodes)
+                tried, off = self._try_moves(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             # take the shortest move of equal deviation: all moves past the end of an open circuit
@@ -395,7 +397,7 @@ class Search:
         return replace(at, circuit=self.curves.number[of], low=ends[0], high=ends[1])
 
 
-def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
+def _solve_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
     """Solve for the ends of windows (n,) from `start`, near `end`, over exactly their strokes."""
     before = start + 0.99 * (end - start)
     first, *others = path(np.stack([start, before, end]))
@@ -410,7 +412,7 @@ def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
     return end
 
 
-def _apart(index: Indices, last: int) -> Indices:
+def _make_increasing(index: Indices, last: int) -> Indices:
     """Make indices (k, n) strictly increasing, keeping the first of equal ones."""
     with_gaps = (np.diff(index, axis=0) > 0).all(0)
     return index if with_gaps.all() else np.where(with_gaps, index, reference(len(index), last)[:, None])
