@@ -114,7 +114,7 @@ class ChainMotion:
             {structure.joints[j]: moves.velocity_of(bar, z[j])[:, 0] for j, bar in carried.items()},
             {structure.joints[j]: moves.acceleration_of(bar, z[j])[:, 0] for j, bar in carried.items()},
             {
-                f"{first}-{second}": _apart(at, moves, *(structure.joints.index(name) for name in (first, second)))
+                f"{first}-{second}": _distance(at, moves, *(structure.joints.index(name) for name in (first, second)))
                 for first, second in pairs
             },
             at.transmission[:, 0],
@@ -160,7 +160,7 @@ class ChainMotion:
         return columns | {("transmission", "deg"): self.transmission, ("reason", ""): self.reason}
 
 
-def _apart(at: Poses, moves: Any, first: int, second: int) -> tuple[Floats, Floats]:
+def _distance(at: Poses, moves: Any, first: int, second: int) -> tuple[Floats, Floats]:
     """Return the distance of two joints and its derivative by the drive, (m,) each."""
     structure, z = at.chain.structure, at.chain.z
     one, other = (min(structure.on[j]) for j in (first, second))

@@ -129,7 +129,7 @@ def keep(records: Sequence[str]) -> list[str]:
         If the file of answers cannot be written, or belongs to another program; if the shared
         folder cannot be written.
     """
-    codes, shared = [], _shared()
+    codes, shared = [], _shared_folder()
     with _opened(write=True) as file:
         assert file is not None  # opened for writing
         file.execute("BEGIN IMMEDIATE")
@@ -160,14 +160,14 @@ def kept(code: str) -> str | bytes | None:
         found = file and file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
     if found:
         return found[0] or ""
-    shared = _shared()
+    shared = _shared_folder()
     text = shared.read(code) if shared is not None else None
     if text is not None and code_of(text, len(code)) != code:
         raise InvalidRequest(f"the shared answer {code} is damaged: its text is not the one that has this code")
     return text
 
 
-def _shared() -> SharedFolder | None:
+def _shared_folder() -> SharedFolder | None:
     """Return the shared folder; None without one."""
     address = os.environ.get("CATALOGUE_SHARE")
     if not address:
@@ -209,14 +209,14 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
                 )
             if write:
                 _make_private(path)
-                _prepare(file)
+                _create_table(file)
             yield file
     except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # the last from damaged table names
         done = "written" if write else "read"
-        raise InvalidRequest(f"the file of answers {path} cannot be {done} ({error}): {_remedy(error)}") from None
+        raise InvalidRequest(f"the file of answers {path} cannot be {done} ({error}): {_remedy_for(error)}") from None
 
 
-def _remedy(error: Exception) -> str:
+def _remedy_for(error: Exception) -> str:
     """Return the remedy for an error of the file of answers."""
     other = "name another with CATALOGUE_ANSWERS"
     if getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY:  # the low byte is the kind
@@ -246,7 +246,7 @@ def _make_private(path: Path) -> None:
                 part.chmod(0o600)
 
 
-def _prepare(file: sqlite3.Connection) -> None:
+def _create_table(file: sqlite3.Connection) -> None:
     """Create the table in a new file of answers, and mark the file."""
     file.execute("PRAGMA synchronous = NORMAL")
     (mark,) = file.execute("PRAGMA application_id").fetchone()

@@ -217,7 +217,7 @@ class Improvement(Results[Candidate]):
     @property
     def improved(self) -> Candidate | None:
         """The improved linkage; None if nothing better was found."""
-        return self._called("improved")
+        return self._by_role("improved")
 
     @property
     def catalogue(self) -> Candidate | None:
@@ -225,13 +225,13 @@ class Improvement(Results[Candidate]):
 
         None if there is none or none was sought.
         """
-        return self._called("catalogue")
+        return self._by_role("catalogue")
 
     @property
     def columns(self) -> list[str]:
         return [*Candidate.columns()]
 
-    def _called(self, name: str) -> Candidate | None:
+    def _by_role(self, name: str) -> Candidate | None:
         return self.candidates[self.which.index(name)] if name in self.which else None
 
 
