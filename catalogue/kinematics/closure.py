@@ -113,7 +113,7 @@ class Closure(Columns):
         return np.angle((self.pin - self.pivot) / self.arm)
 
     def root(self, phi: Floats, cosine: Floats, sine: Floats, swing: Swing | None) -> Floats:
-        """Compute the signed root of the product at the head of the module.
+        """Compute the signed root that closes the linkage; see the head of the module.
 
         Parameters
         ----------

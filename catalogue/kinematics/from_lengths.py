@@ -71,7 +71,7 @@ def from_lengths(links: Mapping[str, object]) -> Linkage:
         raise InvalidLinkage(
             "link lengths need the `angle` of the first crank, in degrees: a series is of one position"
         )
-    return _closed(_numbers(links))
+    return _close(_numbers(links))
 
 
 def guide_from_lengths(links: Mapping[str, object]) -> tuple[Linkage, Complexes]:
@@ -89,7 +89,7 @@ def guide_from_lengths(links: Mapping[str, object]) -> tuple[Linkage, Complexes]
     given = {name: value for name, value in values.items() if name not in POINT}
     if "angle" not in given:
         given["angle"] = _closable(given)
-    linkage = _closed(given)
+    linkage = _close(given)
     pairs = [[values[name] for name in pair if name in values] for pair in (POINT[:2], POINT[2:])]
     if any(len(pair) == 1 for pair in pairs) or all(pairs):
         raise InvalidLinkage("a guided point is given by `x` and `y`, or by `along` and `across`")
@@ -120,10 +120,10 @@ def _numbers(links: Mapping[str, object]) -> dict[str, Floats]:
 
 def _closable(of: Mapping[str, Floats]) -> Floats:
     """Choose an angle of the first crank for each chain [deg], far from dead points."""
-    names = _row({*of})
+    names = _matching_row({*of})
     if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
         return np.full(1, 30.0)
-    _above_zero(of)
+    _check_above_zero(of)
     r = of["crank"]
     offset = of.get("offset", np.zeros_like(r))
     with np.errstate(all="ignore"):
@@ -139,7 +139,7 @@ def _closable(of: Mapping[str, Floats]) -> Floats:
     return np.asarray(np.degrees(np.arcsin(middle) if names == SLIDER_CRANK else np.arccos(middle)))
 
 
-def _row(names: set[str]) -> tuple[str, ...]:
+def _matching_row(names: set[str]) -> tuple[str, ...]:
     """Return the row of the table to which the given names belong."""
     lengths = names - {*POSITION}
     fits = [row for row in CLOSURES if lengths in ({*row}, {*row} - {"offset"})]
@@ -151,17 +151,17 @@ def _row(names: set[str]) -> tuple[str, ...]:
     return fits[0]
 
 
-def _above_zero(of: Mapping[str, Floats]) -> None:
+def _check_above_zero(of: Mapping[str, Floats]) -> None:
     """Refuse lengths that are not positive, except signed ones."""
     for name in {*of} - {*POSITION, "offset", "between", "height"}:
         refuse(np.where(of[name] > 0, "", f"its {name} must be above zero"))
 
 
-def _closed(given: Mapping[str, Floats]) -> Linkage:
-    names = _row({*given})
+def _close(given: Mapping[str, Floats]) -> Linkage:
+    names = _matching_row({*given})
     values = {"offset": np.zeros(1), "branch": np.ones(1), **given}
     values = dict(zip(values, np.broadcast_arrays(*values.values()), strict=True))
-    _above_zero(values)
+    _check_above_zero(values)
     refuse(np.where(np.abs(values["branch"]) == 1, "", "its branch must be 1 or -1"))
     refuse(np.where(np.isfinite(np.stack(list(values.values()))).all(0), "", "a number is NaN or infinite"))
     turn = np.exp(1j * np.radians(values["angle"]))

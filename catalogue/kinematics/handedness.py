@@ -34,8 +34,8 @@ def left_handed(circuits: Circuits, point: Complexes) -> Mask:
     """
     crank, swing = circuits.lead != COUPLER, circuits.kind == SWING
     two = crank & (circuits.kind == TURN) & (circuits.period < 3 * np.pi)
-    side = np.where(two, circuits.sign, np.where(swing & ~_about_axis(circuits), circuits.centre, 0.0))
-    return np.where(side != 0, side < 0, _of_coupler(circuits, point) < 0)
+    side = np.where(two, circuits.sign, np.where(swing & ~_is_about_axis(circuits), circuits.centre, 0.0))
+    return np.where(side != 0, side < 0, _coupler_handedness(circuits, point) < 0)
 
 
 def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
@@ -52,16 +52,16 @@ def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
     """
     if not isinstance(circuits, Circuits):  # handedness is not defined for chains of many bars
         return np.zeros(len(point)), np.ones(len(point))
-    left, same = left_handed(circuits, point), _about_axis(circuits)
+    left, same = left_handed(circuits, point), _is_about_axis(circuits)
     return np.where(left, np.where(same, np.pi, circuits.period), 0.0), np.where(left & ~same, -1.0, 1.0)
 
 
-def _about_axis(circuits: Circuits) -> Mask:
+def _is_about_axis(circuits: Circuits) -> Mask:
     """Tell which cranks swing to either side of their axis, on a single circuit."""
     return np.asarray((circuits.kind == SWING) & ((circuits.centre == 0) | (circuits.centre == np.pi)))
 
 
-def _of_coupler(circuits: Circuits, point: Complexes) -> Floats:
+def _coupler_handedness(circuits: Circuits, point: Complexes) -> Floats:
     """Compute a number (k,) for the point in the coupler that a mirror negates; 0 if symmetric."""
     linkage = circuits.linkage
     z, finite = linkage.points, linkage.finite[..., 1]

@@ -133,7 +133,7 @@ def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple
     else:  # the line of a slide; for two slides the origin is the intersection of their lines
         i = kinds.index(RP)
         along = -1j * moving[:, i]
-        origin = moving[:, 1 - i] if kinds[1 - i] != RP else _meet(moving, fixed)
+        origin = moving[:, 1 - i] if kinds[1 - i] != RP else _intersection(moving, fixed)
     return origin, along / np.abs(along)
 
 
@@ -149,7 +149,7 @@ def in_coupler(linkage: Linkage, place: Complexes) -> Complexes:
     return point
 
 
-def _meet(normal: Complexes, through: Complexes) -> Complexes:
+def _intersection(normal: Complexes, through: Complexes) -> Complexes:
     """Return where the two lines with these normals through these points meet, shape (n,)."""
     a, b = (dot(normal[:, i], through[:, i]) for i in (0, 1))
     area = cross(normal[:, 0], normal[:, 1])

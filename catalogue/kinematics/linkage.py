@@ -256,7 +256,7 @@ def _read(pivots: npt.ArrayLike) -> Floats:
         given = doubles(pivots)
     except ValueError:
         try:  # some pivots at infinity have w, the others have none
-            given = doubles(_completed(pivots))
+            given = doubles(_complete(pivots))
         except ValueError:
             raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {SHAPE}") from None
     if given.shape[-3:] == (2, 2, 2):
@@ -266,7 +266,7 @@ def _read(pivots: npt.ArrayLike) -> Floats:
     return given.reshape(-1, 2, 2, 3)
 
 
-def _completed(given: object) -> Any:
+def _complete(given: object) -> Any:
     """Return nested sequences with w = 1 after each x, y."""
     if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str | bytes):
         return given
@@ -274,7 +274,7 @@ def _completed(given: object) -> Any:
         return given.item()
     if len(given) == 2 and not any(isinstance(part, Sequence | np.ndarray) for part in given):
         return [*given, 1.0]
-    return [_completed(part) for part in given]
+    return [_complete(part) for part in given]
 
 
 def homogeneous(z: Complexes, w: npt.ArrayLike = 1.0) -> Floats:

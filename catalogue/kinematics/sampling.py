@@ -202,7 +202,7 @@ def resolved(curve: Curve, low: float, high: float, fixed: Floats, least: float)
             np.maximum(*(np.nanmax(x, axis=0) - np.nanmin(x, axis=0) for x in (values.real, values.imag)))
         )
     scale = np.where(np.isnan(fixed), np.maximum(extent, least), fixed)
-    at, values = halved(lambda s: np.asarray(curve(s) / scale), first, _off_table)
+    at, values = halved(lambda s: np.asarray(curve(s) / scale), first, _table_error)
     return Samples(curve, at, values * scale, scale)
 
 
@@ -273,7 +273,7 @@ def within(curve: Curve, at: Floats) -> Complexes:
     return curve(inner.ravel()).reshape(*inner.shape, -1)
 
 
-def _off_table(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
+def _table_error(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
     """Return the error of intervals of the table over the permitted one, shape (j,)."""
     line = a + INNER[:, None, None] * (b - a)
     off = np.abs(inner - line).max(0) / SAMPLING.table_error

@@ -48,7 +48,7 @@ def place_points(samples: Samples, column: int, error: float = SPLINE.error) -> 
     for _ in range(SAMPLING.max_rounds):
         z = value(at)[:, 0]
         knots = spline_parameters(at, z)
-        rough = _off_spline(cubic(knots, z), knots, within(value, at)[..., 0]) > error
+        rough = _spline_error(cubic(knots, z), knots, within(value, at)[..., 0]) > error
         if not rough.any() or len(at) > SAMPLING.max_samples:
             break
         at = np.sort(np.append(at, 0.5 * (at[:-1] + at[1:])[rough]))
@@ -77,7 +77,7 @@ def spline_parameters(at: Floats, z: Complexes) -> Floats:
     return np.append(0.0, np.cumsum(both) / both.sum())
 
 
-def _off_spline(spline: Any, knots: Floats, inner: Complexes) -> Floats:
+def _spline_error(spline: Any, knots: Floats, inner: Complexes) -> Floats:
     """Compute the largest distance of places within each interval from a spline.
 
     Newton's method finds the foot points; where it fails the distance comes out too large, never
