@@ -91,7 +91,7 @@ class _Reading:
 
     @property
     def max_link(self) -> Floats:
-        return self._most(self._between_pins(bar) for bar in self._moving)
+        return self._largest(self._between_pins(bar) for bar in self._moving)
 
     @property
     def min_link(self) -> Floats:
@@ -100,7 +100,7 @@ class _Reading:
 
     @property
     def max_ground(self) -> Floats:
-        return self._most([self._between_pins(self.family.structure.frame)])
+        return self._largest([self._between_pins(self.family.structure.frame)])
 
     @property
     def max_arm(self) -> Floats:
@@ -111,7 +111,7 @@ class _Reading:
     @property
     def travel(self) -> Floats:
         slides = range(len(self.family.structure.slides))
-        return self._most([[np.ptp(self.at.way(slide), axis=0) for slide in slides]])
+        return self._largest([[np.ptp(self.at.way(slide), axis=0) for slide in slides]])
 
     @property
     def drive_angle(self) -> Floats:
@@ -122,7 +122,7 @@ class _Reading:
     @property
     def uniformity(self) -> Floats:
         """Least over largest speed; 0 where the drive passes a dead point."""
-        least, most, steady = self._speed
+        least, most, steady = self._speed_range
         return np.where(steady, least / most, 0.0)
 
     @property
@@ -130,15 +130,15 @@ class _Reading:
         """Length of the crank over the largest speed; 0 where the drive passes a dead point."""
         bar, link = self.family.structure.driver
         z, on = self.at.chain.z, self.family.structure.on
-        _, most, steady = self._speed
+        _, most, steady = self._speed_range
         crank = np.ones(len(self.at.chain))
         if not link.is_slide:
             pins = [j for j in self._pins if bar in on[j] and j != link.joint]
-            crank = self._most([[np.abs(z[j] - z[link.joint]) for j in pins]])
+            crank = self._largest([[np.abs(z[j] - z[link.joint]) for j in pins]])
         return np.where(steady, crank / most, 0.0)
 
     @cached_property
-    def _speed(self) -> tuple[Floats, Floats, Mask]:
+    def _speed_range(self) -> tuple[Floats, Floats, Mask]:
         """Least and largest speed of the point, and whether it is steady; 1 where not."""
         drive = self.at.drive
         with np.errstate(all="ignore"):
@@ -165,7 +165,7 @@ class _Reading:
         here = [j for j in self._pins if bar in on[j]]
         return [np.abs(z[one] - z[other]) for one, other in combinations(here, 2)]
 
-    def _most(self, lengths: Iterable[Iterable[Floats]]) -> Floats:
+    def _largest(self, lengths: Iterable[Iterable[Floats]]) -> Floats:
         """Return the largest of some lengths; 0 without any."""
         return np.asarray(np.max([np.zeros(len(self.at.chain)), *chain.from_iterable(lengths)], axis=0))
 

@@ -79,8 +79,8 @@ class Registry:
         for record, module in self._loaded:
             if module is not None:
                 self._register(record, module)
-        self._ask("families", Family, self.families)
-        self._ask("series", Series, self.series)
+        self._collect("families", Family, self.families)
+        self._collect("series", Series, self.series)
         self._warn(self.records)
 
     @cached_property
@@ -88,7 +88,7 @@ class Registry:
         """The collections by name; plugins load them on first access."""
         sound = [record for record in self.records if not record.error]
         found: dict[str, Collection] = {}
-        self._ask("collections", Collection, found)
+        self._collect("collections", Collection, found)
         self._warn(sound)
         return found
 
@@ -151,9 +151,9 @@ class Registry:
                 self._manager.register(module, name)
                 self._manager.check_pending()
         except PluginError as error:
-            self._leave_out(record, str(error))
+            self._reject(record, str(error))
 
-    def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
+    def _collect(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
         """Collect ``families``, ``series`` or ``collections``, from each plugin all or none."""
         for record, module in self._loaded:
             if record.error:
@@ -162,7 +162,7 @@ class Registry:
                 with foreign(f"plugin {record.name} ({record.origin})"):
                     items = self._answers(f"catalogue_{what}", kind, module, record.origin)
             except PluginError as error:
-                self._leave_out(record, str(error))
+                self._reject(record, str(error))
                 continue
             for name, item in items.items():
                 if other := self._provider.get(name):
@@ -172,7 +172,7 @@ class Registry:
                 self._provider[name], held[name] = record, item
                 getattr(record, what).append(name)
 
-    def _leave_out(self, record: Record, error: str) -> None:
+    def _reject(self, record: Record, error: str) -> None:
         """Remove a plugin with its additions, and plugins whose series use its families."""
         record.error, name = error, f"{record.name} of {record.origin}"
         if self._manager.has_plugin(name):
@@ -183,7 +183,7 @@ class Registry:
             added.clear()
         for code, one in list(self.series.items()):
             if code in self.series and (gone := [f for f in one.families if f not in self.families]):
-                self._leave_out(self._provider[code], f"series {code} is of family {gone[0]}, which no plugin provides")
+                self._reject(self._provider[code], f"series {code} is of family {gone[0]}, which no plugin provides")
 
     def _answers(self, hook: str, kind: type[Any], module: ModuleType | None, origin: str) -> dict[str, Any]:
         """Return the results of one hook of one plugin, by name."""
