@@ -29,7 +29,7 @@ class BlockOptions(NamedTuple):
     limit: float = 120.0  #: time limit of a block [s]: it takes a second or two
     most: int = 256  #: largest number of guides
     loss: float = 1.15  #: traced candidates per requested guide: some reach no level
-    spare: int = 8  #: number of further traced candidates
+    spare: int = 8  #: number of traced candidates beyond the requested ones
     rescued: int = 8  #: number of candidates tried per configuration and kind that would otherwise be empty
 
 
@@ -88,8 +88,8 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     """Trace candidates in order until enough reach a level; return columns of guides and reaches.
 
     The first batch is likely to suffice; further ones follow until enough candidates reach a level,
-    or the rest is not worth tracing. Last come some candidates of each configuration (`names`) and
-    kind of which none has reached a level. Linkages with slots are given as their inversions.
+    or the rest is not worth tracing. Some candidates of each configuration (`names`) and kind
+    without any level follow last. Linkages with slots are given as their inversions.
     """
     if not len(names):
         return together([])
@@ -98,7 +98,7 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     everything = designs(linkage, z, found["centre"], found["kind"], pole)
     following = order(everything, cells_of(found["kind"], names, found["label"]))
     cells = cells_of(found["kind"], names)
-    turn = np.full(len(cells), -1)  # turn of each cell among those tried
+    turn = np.full(len(cells), -1)  # rank of each cell in the order of trials
     parts: list[tuple[Columns, Columns]] = []
     count = tried = 0
     while count < wanted and (chosen := list(islice(following, BLOCKS.spare + int(BLOCKS.loss * (wanted - count))))):
@@ -115,10 +115,10 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     for guides, _ in more:  # the soundest candidate of each cell comes first, the others last
         _, soundest = np.unique(cells[guides["candidate"]], return_index=True)
         turn[np.delete(guides["candidate"], soundest)] += len(cells) + len(rescued)
-    return _first(*together(parts + more), turn, wanted)
+    return _select_first(*together(parts + more), turn, wanted)
 
 
-def _first(guides: Columns, reaches: Columns, turn: Indices, wanted: int) -> tuple[Columns, Columns]:
+def _select_first(guides: Columns, reaches: Columns, turn: Indices, wanted: int) -> tuple[Columns, Columns]:
     """Return the first guides in the order of their candidates, with their reaches."""
     if not len(guides["mechanism"]):
         return guides, reaches

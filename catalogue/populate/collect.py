@@ -28,7 +28,7 @@ from ..store import Database, Setting, SpecimenRow
 class CollectOptions(NamedTuple):
     """Limits of specimens of a collection."""
 
-    barren: int = 8  #: number of successive blocks without a specimen after which a family is given up
+    barren: int = 8  #: number of successive blocks without a specimen after which a family is abandoned
     most: int = 50  #: largest number of specimens of a mechanism, which may guide several elements
 
 
@@ -48,8 +48,8 @@ def collect(
 
     Stored blocks count: an interrupted build is continued, and a larger count extends a smaller
     one. Equal seeds and counts give equal content, in whole blocks; specimens of another seed, plan
-    or version of the plugin are removed first. By default count and seed are those of the last
-    build, else that of the collection and 0. `report` is called after each block.
+    or version of the plugin are removed first. Default count and seed: those of the last build, or
+    the collection's count and 0. `report` is called after each block.
 
     Raises
     ------
@@ -69,9 +69,9 @@ def collect(
     database.check()
     source = {"seed": seed, "plan": collection.plan, "version": version}
     with database.begin() as connection:
-        if not source.items() <= _state(connection, name).items():
+        if not source.items() <= _read_state(connection, name).items():
             connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == name))
-        _note(connection, name, {**source, "count": count, "complete": False})
+        _store_state(connection, name, {**source, "count": count, "complete": False})
     share = -(-count // len(families))
     held, clock = dict.fromkeys(families, (0, 0)) | stored(database, name), time.perf_counter()
     before = sum(number for number, _ in held.values())
@@ -84,14 +84,14 @@ def collect(
         barren = 0
         while held[family][0] < share and barren < COLLECTING.barren:
             number, block = held[family]
-            rows = _drawn(collection, family, seed, block)
-            with _still(database, name, source) as connection:
+            rows = _draw(collection, family, seed, block)
+            with _remaining_blocks(database, name, source) as connection:
                 made = _store(connection, rows)
             held[family] = number + made, block + 1
             barren = 0 if made else barren + 1
             report(progress(family))
-    with _still(database, name, source) as connection:
-        _note(connection, name, {**source, "count": count, "complete": True})
+    with _remaining_blocks(database, name, source) as connection:
+        _store_state(connection, name, {**source, "count": count, "complete": True})
     database.seal()
     report(done := progress(""))
     return done
@@ -119,20 +119,20 @@ def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
     return {f: (int(n), int(b) + 1) for f, n, b in zip(found["family"], found["number"], found["last"], strict=True)}
 
 
-def _state(connection: Connection, name: str) -> dict[str, Any]:
+def _read_state(connection: Connection, name: str) -> dict[str, Any]:
     """Return `state` within a transaction."""
     kept = connection.scalar(select(Setting.value).where(Setting.key == f"collection {name}"))
     found: dict[str, Any] = json.loads(kept or "{}")
     return found
 
 
-def _note(connection: Connection, name: str, values: dict[str, Any]) -> None:
+def _store_state(connection: Connection, name: str, values: dict[str, Any]) -> None:
     setting = {"key": f"collection {name}", "value": json.dumps(values)}
     connection.execute(insert(Setting).prefix_with("OR REPLACE"), setting)
 
 
 @contextmanager
-def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Connection]:
+def _remaining_blocks(database: Database, name: str, source: dict[str, Any]) -> Iterator[Connection]:
     """Yield a transaction, unless another process samples the collection differently.
 
     Raises
@@ -141,7 +141,7 @@ def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Co
         If another process samples with another seed or version.
     """
     with database.begin() as connection:
-        if not source.items() <= _state(connection, name).items():
+        if not source.items() <= _read_state(connection, name).items():
             raise DatabaseError(
                 f"in {database.path} another process draws {name} with another seed or version: wait for its end"
             )
@@ -157,7 +157,7 @@ def _store(connection: Connection, rows: list[dict[str, Any]]) -> int:
     return len(rows)
 
 
-def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[dict[str, Any]]:
+def _draw(collection: Collection, family: str, seed: int, number: int) -> list[dict[str, Any]]:
     """Sample one block of specimens from its own stream of random numbers, as rows to store."""
     rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
     compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode

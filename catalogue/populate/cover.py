@@ -32,12 +32,12 @@ class CoverOptions(NamedTuple):
     """Distances and weights of the cover."""
 
     near: float = 0.02  #: distance from a selected guide up to which another one is dropped
-    #: Transmission angle of a sound linkage at the design position [deg]: the lower end of
-    #: textbooks.
+    #: Transmission angle of a sound linkage at the design position [deg]: the least value that
+    #: textbooks recommend.
     sound_angle: float = 40.0
     sound_link: float = 0.1  #: shortest link of a sound linkage [size]
     least_weight: float = 0.25  #: weight of a linkage far from both limits
-    returning: float = 0.25  #: weight of points that return, which few requests ask for
+    returning: float = 0.25  #: weight of returning points, which few requests need
     #: Power of the distance in the probability. Measured on 500 to 2000 guides of each of seven
     #: members: for the first 20, or 80, the mean distance to the nearest is a tenth to a seventh
     #: less than for as many random guides, the ninth decile a quarter less.
@@ -86,7 +86,7 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Objects
         vectors = np.stack([turned.real, turned.imag, np.where(finite, size[:, None], 0)], axis=-1)
         vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
     returns = np.isin(kind, list(RETURNS.values()))
-    weight = _soundness(linkage, size) * np.where(returns, COVER.returning, 1.0)
+    weight = _proportion_score(linkage, size) * np.where(returns, COVER.returning, 1.0)
     return Designs(vectors.astype(np.float32), kind, weight)
 
 
@@ -132,12 +132,12 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
     It is the largest distance of a point, minimised over the orientation.
     """
     poses = in_every_pose(one[None], mirror=straight)
-    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # cosine of the point farthest off
+    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # cosine of the point with the largest distance
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 
-def _soundness(linkage: Linkage, size: Floats) -> Floats:
-    """Return the soundness of linkages at their design positions, (n,).
+def _proportion_score(linkage: Linkage, size: Floats) -> Floats:
+    """Score the proportions of linkages at their design positions, (n,).
 
     It is between `COVER.least_weight` and 1.
     """

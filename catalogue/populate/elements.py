@@ -22,11 +22,9 @@ class ElementLimits(NamedTuple):
     nearest: float = 0.15  #: smallest distance from the pole [rho0]: nearer ones have short strokes
     #: largest distance from the pole [rho0]: farther ones need a bulky coupler
     farthest: float = 6.0
-    #: distance from the pole up to which a point counts as at the pole, so that its path returns
-    #: [rho0]
+    #: largest distance from the pole of a point at the pole, whose path returns [rho0]
     at_pole: float = 1e-9
-    #: Distance from a moving pivot up to which a guided point counts as that pivot, which needs no
-    #: guide.
+    #: Distance from a moving pivot up to which a guided point is that pivot, which needs no guide.
     nearest_pivot: float = 0.03
 
 

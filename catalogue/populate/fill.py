@@ -100,8 +100,8 @@ def fill(
         database.set_setting(key, str(value))
     workers = engine(
         on, begin(registry.folders), count=processes, limit=BLOCKS.limit, tries=3
-    )  # memory may be short only for a while
-    with _alone(database), database.engine.connect() as connection, workers as pool:
+    )  # a lack of memory may be temporary
+    with _exclusive(database), database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [*old, *(batch for s in sources for batch in s.short)])
         covered = places(database)
         if any(not s.full for s in sources) and count > 2 * before:
@@ -109,12 +109,12 @@ def fill(
         write_named_guides(database, connection, registry)
         for source, block in _blocks(sources, pool, seed):
             try:
-                guides = _placed(block.guides, covered[source.key])
+                guides = _place_in_cover(block.guides, covered[source.key])
                 write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
             except sqlite3.IntegrityError as error:
                 if ALREADY_STORED.search(str(error)):
                     raise
-                _leave_out(source, error)  # the tables reject data of the plugin
+                _record_failure(source, error)  # a constraint of the tables rejects data of the plugin
                 continue
             source.count(block.count)
             rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
@@ -128,7 +128,7 @@ def fill(
 
 
 @contextmanager
-def _alone(database: Database) -> Iterator[None]:
+def _exclusive(database: Database) -> Iterator[None]:
     """Report that another process has written a block, or a named guide, in the meantime."""
     try:
         yield
@@ -140,7 +140,7 @@ def _alone(database: Database) -> Iterator[None]:
         ) from error
 
 
-def _placed(guides: Columns, before: Counter[str]) -> Columns:
+def _place_in_cover(guides: Columns, before: Counter[str]) -> Columns:
     """Return the guides of a block, numbered after those of the previous blocks."""
     kinds = guides["kind"].tolist()
     cover = guides["cover"] + np.array([before[kind] for kind in kinds], int)
@@ -156,7 +156,7 @@ def _blocks(sources: list[Source], pool: Engine, seed: int) -> Iterator[tuple[So
             try:
                 block = source.asked.pop(0).result()
             except PluginError as error:
-                _leave_out(source, error)
+                _record_failure(source, error)
                 break
             yield source, block
             source.skip()
@@ -165,7 +165,7 @@ def _blocks(sources: list[Source], pool: Engine, seed: int) -> Iterator[tuple[So
         source.asked.clear()
 
 
-def _leave_out(source: Source, error: Exception) -> None:
+def _record_failure(source: Source, error: Exception) -> None:
     plugin, what = source.plugin, f"{source.series.code} {source.member.key}"
     reason = str(error) if isinstance(error, PluginError) else one_line(error)
     source.failure, source.lost = f"{plugin.name}: {reason}", isinstance(error, WorkerKilled)

@@ -13,7 +13,7 @@ from ..store import Database
 
 
 class Buildable(Protocol):
-    """What a build on first use needs of an open catalogue."""
+    """Protocol of an open catalogue, as the build on first use needs it."""
 
     @property
     def complete(self) -> bool: ...
@@ -26,7 +26,8 @@ class FirstUse(NamedTuple):
     """Limits of waiting for another process that fills the file [s]."""
 
     pause: float = 0.5  #: pause between two checks of the file
-    #: Time without a write after which the other process counts as dead: blocks take less than two.
+    #: Time without a write after which the other process is presumed dead: a block takes less than
+    #: two.
     still: float = 20.0
 
 

@@ -21,14 +21,14 @@ UNKNOWN = "none"
 
 
 def write_named_guides(database: Database, connection: Connection, registry: Registry) -> None:
-    """Write new or changed named designs, each in its series, else in the nearest one."""
+    """Write new or changed named designs, each to its series or, without one, to the nearest."""
     designs = list(named_guides().values())
     placed = [design.canonical() for design in designs]
     linkage = Linkage(np.concatenate([one.pivots for one, *_ in placed]))
     point, centre, half = (np.array([p[i] for p in placed]) for i in (1, 2, 3))
     nearest = [one.nearest for one in classify(linkage, registry.series)]
     series = np.array([one.series if one else UNKNOWN for one in nearest], dtype=object)
-    held = _held(database)
+    held = _stored_identities(database)
     contact = ([getattr(d, name) for d in designs] for name in ("order", "inflections"))
     now = list(map(_identity, series, linkage.pivots, point, *contact))
     new = [i for i, design in enumerate(designs) if held.get(design.name) != now[i]]
@@ -65,7 +65,7 @@ def _identity(series: object, pivots: Floats, point: complex, order: int, inflec
     return str(series), pivots.ravel().tolist(), complex(point), int(order), int(inflections)
 
 
-def _held(database: Database) -> dict[str, Identity]:
+def _stored_identities(database: Database) -> dict[str, Identity]:
     """Read the stored rows of each design, by name."""
     rows = database.read(
         select(Mechanism.name, Mechanism.series, *PIVOTS, Guide.x, Guide.y, Guide.contact_order, Guide.inflections)

@@ -16,14 +16,14 @@ from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism
 from .block import BLOCKS, Block
 
-#: Number of successive blocks without a guide after which a member is given up.
+#: Number of successive blocks without a guide after which a member is abandoned.
 BARREN = 8
 
 Key = tuple[str, str]
 
 
 class Held(NamedTuple):
-    """A block that the file holds."""
+    """A stored block."""
 
     id: int
     guides: int
@@ -47,8 +47,8 @@ class Source:
     next: int = 0
     guides: int = 0
     barren: int = 0
-    failure: str = ""  # reason for leaving the member out
-    lost: bool = False  # a worker failed, not the member: the build stays incomplete
+    failure: str = ""  # reason for omitting the member
+    lost: bool = False  # whether a worker failed, not the member: the build stays incomplete
     short: list[int] = field(default_factory=list)
 
     @property
@@ -57,9 +57,9 @@ class Source:
         return self.series.code, self.member.key
 
     def skip(self) -> None:
-        """Skip the blocks that the file holds."""
+        """Skip the stored blocks."""
         while not self.full and (block := self.held.get(self.next)):
-            if block.wanted < self._missing:
+            if block.wanted < self._missing_count:
                 self.short = [b.id for number, b in self.held.items() if number >= self.next]
                 self.held = {}
                 return
@@ -73,7 +73,7 @@ class Source:
 
     @property
     def full(self) -> bool:
-        """Whether the member needs, or can give, no more guides."""
+        """Whether the member needs no more guides, or cannot provide more."""
         single = not self.member.parameters and self.next > 0  # a single design, which the first block holds
         return bool(self.failure) or self.guides >= self.target or self.barren >= BARREN or single
 
@@ -83,11 +83,11 @@ class Source:
         if self.full:
             return 0
         if not self.asked:
-            return self._missing
+            return self._missing_count
         return BLOCKS.most if self.guides + (len(self.asked) + 1) * BLOCKS.most <= self.target else 0
 
     @property
-    def _missing(self) -> int:
+    def _missing_count(self) -> int:
         return min(BLOCKS.most, self.target - self.guides)
 
 
@@ -98,7 +98,7 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
     needs more guides; its members divide it by their weights. A member without parameters is a
     single design, which is not counted.
     """
-    held = _held(database, seed)
+    held = _stored_blocks(database, seed)
     shares = {code: _share(registry.series[code]) for code in codes}
     sources = []
     for code in codes:
@@ -146,7 +146,7 @@ def places(database: Database) -> defaultdict[Key, Counter[str]]:
     return found
 
 
-def _held(database: Database, seed: int) -> dict[Key, dict[int, Held]]:
+def _stored_blocks(database: Database, seed: int) -> dict[Key, dict[int, Held]]:
     columns = (Batch.series, Batch.member, Batch.number, Batch.id, Batch.guides, Batch.wanted)
     rows = database.read(select(*columns).where(Batch.seed == seed, Batch.plan == PLAN))
     found: dict[Key, dict[int, Held]] = {}

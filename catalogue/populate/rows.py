@@ -29,16 +29,15 @@ LARGEST = 12.5
 #: Smallest transmission angle of a stored reach [deg]; except at a dead point, where it is stored
 #: as 0.
 LEAST_TRANSMISSION = 2.0
-#: Lines and arcs that are as long as their unit, as `catalogue show` asks for them; no tolerance is
-#: meant.
+#: Lines and arcs of unit length, as in `catalogue show`; their tolerance has no meaning.
 PROBLEMS = {
     circle: Problem.of(request, Constraints(), Ranking({"deviation": 1.0}))
     for circle, request in ((False, StraightLine(1.0, 0.1)), (True, CircularArc(1.0, 0.1)))
 }
 #: Sides of a box in their order.
 SIDES = ("x0", "y0", "x1", "y1")
-#: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a
-#: little short.
+#: Secant steps towards the longest stroke of a level: stored guides are starts and may be a little
+#: short.
 SECANTS = 1
 
 
@@ -57,7 +56,7 @@ def mechanism_columns(linkage: Linkage) -> Columns:
 
 
 def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
-    """Return columns of guides and of their reaches from several such, one after the other."""
+    """Concatenate columns of guides and of their reaches."""
     if not parts:
         return {"mechanism": np.zeros(0, int), "kind": np.zeros(0, str)}, {"guide": np.zeros(0, int)}
     guides, reaches = (join(*tables) for tables in zip(*parts, strict=True))
@@ -95,7 +94,7 @@ def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None
 def _of_one_nominal(
     linkage: Linkage, points: Columns, circle: bool, usual: Floats | None
 ) -> tuple[Columns, Columns] | None:
-    """Return columns as `guide_columns` does, of points on lines or on circles.
+    """Return the columns of `guide_columns` for points on lines or on circles.
 
     None if no level is held.
     """
@@ -116,7 +115,9 @@ def _of_one_nominal(
     small = _rigid_size(guides)[k] <= LARGEST * traced.fit.stroke
     step = step[small]
     _, first, same = np.unique((k + 1j * half)[small], return_index=True, return_inverse=True)
-    first = np.flatnonzero(small)[first]  # of rows of one guide over one window, which a loose level repeats
+    first = np.flatnonzero(small)[
+        first
+    ]  # keep one of several rows of a guide over one window, which a loose level repeats
     reaches = _reaches(tried[first], half[first], ladder.centre[first], traced[first], circle)
     reaches = take(reaches | {"guide": k[first]}, same)
     if usual is not None:
@@ -126,7 +127,7 @@ def _of_one_nominal(
         reaches = join(reaches, *[more] * len(steps))
         step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
     least = np.where(at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
-    best = _longest(reaches, step, steps, least, circle)
+    best = _longest_reaches(reaches, step, steps, least, circle)
     if not (best >= 0).any():
         return None
     # a reach that is the longest at several levels is stored at each: a search reads one or two
@@ -136,7 +137,7 @@ def _of_one_nominal(
     del reaches["at_pivot"]
     for name, column in STORED.items():
         if not column.is_nullable:
-            reaches[name] = np.nan_to_num(reaches[name])  # of two slides: there is no arm
+            reaches[name] = np.nan_to_num(reaches[name])  # linkages of two slides have no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
     columns = take(points, used)
     guides, order = guides[used], columns["contact_order"]
@@ -173,7 +174,7 @@ def _rigid_size(guides: CouplerCurve) -> Floats:
     return np.asarray(np.fmax.reduce(np.abs(pairs), initial=0.0))
 
 
-def _longest(reaches: Columns, step: Indices, steps: Integers, least: Floats, circle: bool) -> Integers:
+def _longest_reaches(reaches: Columns, step: Indices, steps: Integers, least: Floats, circle: bool) -> Integers:
     """Select the longest row of each guide at each level, shape (steps, guides); -1 for none.
 
     Where the longest window of a level ends at a dead point, or is shorter than that of a tighter
@@ -189,28 +190,28 @@ def _longest(reaches: Columns, step: Indices, steps: Integers, least: Floats, ci
         order = order[good[order]]
         for i in range(len(steps)):
             rows = order[step[order] <= i]
-            best[i, guide[rows]] = rows  # the last one stays
+            best[i, guide[rows]] = rows  # later rows overwrite earlier ones
     return best
 
 
 def _reaches(guides: CouplerCurve, half: Floats, centre: Floats, traced: Traced, circle: bool) -> Columns:
-    """Measure one reach of each guide as whoever asks for the guide will get it.
+    """Measure one reach of each guide as it will be placed for a request.
 
-    NaN for one that he would not get.
+    NaN where it could not be placed.
 
     Parameters
     ----------
     half, centre : ndarray, shape (n,)
-        Half windows [canonical], and where their middles lie, in half windows.
+        Half windows [canonical], and positions of their middles [half windows].
     traced : Traced
-        What was traced there.
+        Traces over these windows.
     """
     half, centre, traced = about_change_points(guides, half, centre, traced, circle=circle)
     found = on_path(PROBLEMS[circle], Origin.made(guides.linkage, ""), guides, traced)
     measured, back = found.measures, found.traced.fit.along.real < 0
     boxes: Columns = {}
     for name, box in (("fixed", measured.fixed_box), ("all", measured.box)):
-        box = np.where(back[:, None], -box[:, [2, 3, 0, 1]], box)  # of a path from (0, 0) to (1, 0), not back
+        box = np.where(back[:, None], -box[:, [2, 3, 0, 1]], box)  # box for a path from (0, 0) to (1, 0), not back
         boxes |= {f"{name}_{side}": box[:, i] + (0.5, 0.0, 0.5, 0.0)[i] for i, side in enumerate(SIDES)}
     with np.errstate(all="ignore"):
         sweep = np.abs(found.traced.fit.curvature) if circle else np.zeros(len(guides))
