@@ -312,10 +312,10 @@ def _cell(name: str, value: Any) -> str:
     if isinstance(value, Mapping):
         return "; ".join(f"{key}={':'.join(map(repr, parts))}" for key, parts in value.items())
     if name == "keep_out":
-        return "; ".join(" ".join(map(repr, _flat(zone))) for zone in value)
-    texts = [one if isinstance(one, str) else repr(one) for one in _flat(value)]
+        return "; ".join(" ".join(map(repr, _flatten(zone))) for zone in value)
+    texts = [one if isinstance(one, str) else repr(one) for one in _flatten(value)]
     return ("," if name == "rank_by" else " ").join(texts)
 
 
-def _flat(value: Sequence[object]) -> list[Any]:
-    return [part for one in value for part in (_flat(one) if isinstance(one, list) else [one])]
+def _flatten(value: Sequence[object]) -> list[Any]:
+    return [part for one in value for part in (_flatten(one) if isinstance(one, list) else [one])]

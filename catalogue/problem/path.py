@@ -358,7 +358,7 @@ PathRequest = StraightLine | CircularArc
 
 
 def path_request(name: str, given: object) -> PathRequest:
-    """Return a request; refuse anything else in the name of the called function."""
+    """Return a request; refuse anything else, with the called function `name` in the message."""
     if not isinstance(given, PathRequest):
         raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {quoted(given)}")
     return given

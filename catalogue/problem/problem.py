@@ -78,7 +78,7 @@ class Request:
         kept["round_to"] = None if self.round_to is None else positive("round_to", self.round_to)
         desires = dict(self.desires) if _is_pairs(self.desires) else self.desires
         ranking = Ranking.of(self.path, self.rank_by, kept["per_series"], self.distinct, kept["limit"], desires)
-        kept["rank_by"] = ranking.front or _weighed(ranking.weights)
+        kept["rank_by"] = ranking.front or _format_weights(ranking.weights)
         kept["distinct"] = ranking.distinct
         wishes = {name: tuple(float(part) for part in parts) for name, parts in (desires or {}).items()}
         kept["desires"] = tuple(sorted(wishes.items())) or None
@@ -139,7 +139,7 @@ class Request:
             Constraints.of({wrong[0]: None}, (*OWN, *PATH_FIELDS))  # its message suggests similar names
         return replace(
             self,
-            path=replace(self.path, **_reshaped(self.path, path)) if path else self.path,
+            path=replace(self.path, **_changed_path(self.path, path)) if path else self.path,
             constraints=replace(self.constraints, **keywords) if keywords else self.constraints,
             **own,
         )
@@ -260,7 +260,7 @@ def _is_pairs(given: object) -> bool:
     return isinstance(given, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in given)
 
 
-def _reshaped(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
+def _changed_path(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
     """Complete a change of stroke, radius or angle of an arc: one of the other two is kept."""
     shape = ("stroke", "radius", "angle")
     changed = [name for name in shape if name in changes]
@@ -270,13 +270,13 @@ def _reshaped(path: PathRequest, changes: dict[str, Any]) -> dict[str, Any]:
     return changes | {name: None for name in shape if name not in (kept, *changed)}
 
 
-def _weighed(given: Mapping[str, float]) -> str:
+def _format_weights(given: Mapping[str, float]) -> str:
     """Format weights as a text that `weights` reads back unchanged."""
     if len(given) == 1:
         return next(iter(given))
     text = ",".join(f"{name}={weight!r}" for name, weight in given.items())
     again = weights(text)
-    return text if again == given else _weighed(again)  # the sum of rounded weights may differ from 1
+    return text if again == given else _format_weights(again)  # the sum of rounded weights may differ from 1
 
 
 @dataclass(frozen=True)

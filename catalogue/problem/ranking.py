@@ -204,7 +204,7 @@ class Ranking:
         if name == "balance":
             return np.asarray(values["size"] - values["transmission"])
         if name == "score":
-            return self._mean({q: d.cost(values[q]) for q, d in self.desires.items()})
+            return self._weighted_mean({q: d.cost(values[q]) for q, d in self.desires.items()})
         if name in RISING:
             return np.asarray((name in TO_ONE) - values[name])
         return np.asarray(np.nan_to_num(values[name]))
@@ -215,13 +215,15 @@ class Ranking:
         Derringer and Suich, J. Quality Technology 12 (1980) 214-219.
         """
         with np.errstate(divide="ignore"):
-            return 100 * np.exp(self._mean({q: np.log(d.of_value(values[q])) for q, d in self.desires.items()}))
+            return 100 * np.exp(
+                self._weighted_mean({q: np.log(d.of_value(values[q])) for q, d in self.desires.items()})
+            )
 
     def faults(self, values: Values) -> Indices:
         """Count the desirabilities of zero, shape (n,): any one makes the score 0."""
         return np.asarray(sum((d.of_value(values[q]) <= 0).astype(int) for q, d in self.desires.items()))
 
-    def _mean(self, parts: Values) -> Floats:
+    def _weighted_mean(self, parts: Values) -> Floats:
         """Return the weighted mean over the desirabilities, shape (n,)."""
         total = sum(d.weight for d in self.desires.values())
         return np.asarray(sum(digits(d.weight / total) * parts[q] for q, d in self.desires.items()))

@@ -27,14 +27,14 @@ class Region:
     is_box: bool
 
     @cached_property
-    def _content(self) -> tuple[bool, tuple[float, ...]]:
+    def _measure_polygon(self) -> tuple[bool, tuple[float, ...]]:
         return self.is_box, tuple(self.corners.ravel().tolist())
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Region) and self._content == other._content
+        return isinstance(other, Region) and self._measure_polygon == other._measure_polygon
 
     def __hash__(self) -> int:
-        return hash(self._content)
+        return hash(self._measure_polygon)
 
     def to_list(self) -> list[Any]:
         """Convert to the sides of a box, x0, y0, x1, y1, or to points (x, y)."""
@@ -143,7 +143,7 @@ def zones(name: str, given: object) -> tuple[Region, ...]:
         raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
     if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers of a single region
         found = [found]
-    return tuple(sorted((Region.of(name, z) for z in found), key=lambda zone: zone._content))
+    return tuple(sorted((Region.of(name, z) for z in found), key=lambda zone: zone._measure_polygon))
 
 
 #: A box (x0, y0, x1, y1), sides possibly infinite, or the corners of a polygon.
