@@ -48,27 +48,29 @@ class Driving:
         return Pieces.of(self._uniformity(), -1.0)
 
     def _drive_angle(self) -> Iterator[Row]:
-        (angle, by), side = self._crank, self._side
+        (angle, by), side = self._crank, self._sense
         yield side * (angle[-1] - angle[0]), side[:, None] * (by[-1] - by[0])
 
     def _rotation(self) -> Iterator[Row]:
         angle, by = np.unwrap(np.angle(1 + self.of.pose.x), axis=0), self.of.by.angle
         most, least = _extremes(angle)
         for one, other in _pairs(most, least, len(angle)):
-            yield _at(angle, one) - _at(angle, other), _at(by, one) - _at(by, other)
+            yield _at_station(angle, one) - _at_station(angle, other), _at_station(by, one) - _at_station(by, other)
 
     def _uniformity(self) -> Iterator[Row]:
-        lever, by = self._lever
+        lever, by = self._rotation_per_length
         most, least = _extremes(lever)
-        steady = _at(lever, least) > 0
+        steady = _at_station(lever, least) > 0
         for one, other in _pairs(most, least, len(lever)):
-            value, slope = ratio((_at(lever, other), _at(by, other)), (_at(lever, one), _at(by, one)))
+            value, slope = ratio(
+                (_at_station(lever, other), _at_station(by, other)), (_at_station(lever, one), _at_station(by, one))
+            )
             # where the crank reverses only the pair with the fastest station counts
             yield np.where(steady | (one == most), value, np.nan), slope
 
     def _advantage(self) -> Iterator[Row]:
         radius, by_radius = chosen(self._first, *self.of.links()[:2])
-        for lever, by in zip(*self._lever, strict=True):
+        for lever, by in zip(*self._rotation_per_length, strict=True):
             yield radius * lever, radius[:, None] * by + lever[:, None] * by_radius
 
     @property
@@ -101,15 +103,15 @@ class Driving:
             return angle / speed, (by - (angle / speed)[..., None] * rise) / speed[..., None]
 
     @property
-    def _side(self) -> Floats:
+    def _sense(self) -> Floats:
         """Sense in which the crank turns over the whole stroke, 1 or -1."""
         return np.asarray(np.sign(self._turning[0].sum(0)))
 
     @property
-    def _lever(self) -> Row:
+    def _rotation_per_length(self) -> Row:
         """Rotation of the crank per length of path, positive in its overall sense."""
         turning, by = self._turning
-        return self._side * turning, self._side[:, None] * by
+        return self._sense * turning, self._sense[:, None] * by
 
 
 def _extremes(values: Floats) -> tuple[Indices, Indices]:
@@ -128,6 +130,6 @@ def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices,
         yield np.full_like(most, station), least
 
 
-def _at(values: Floats, station: Indices) -> Floats:
+def _at_station(values: Floats, station: Indices) -> Floats:
     """Return values (m, n, ...) at one station per column, shape (n, ...)."""
     return np.asarray(values[station, np.arange(len(station))])

@@ -29,7 +29,7 @@ PROJECTION = Projection()
 
 @dataclass(frozen=True)
 class HeldLengths:
-    """Coordinates of the pivots and the guided point that keep lengths given by name.
+    """Coordinates of pivots and guided point for moves that keep named lengths.
 
     The lengths have given values [strokes]. `frozen` coordinates, (10,), are fixed, and fixed
     pivots stay `within` a distance of their `places`, (2,) [strokes].

@@ -71,7 +71,7 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
             active, programmes, at, missing = active[left], programmes[left], at[left], missing[left]
             if not len(active):
                 break
-        at = _improved(programmes, at, missing)
+        at = _improve(programmes, at, missing)
     solution[active], multipliers[active] = at.x, at.dual
     return solution, multipliers
 
@@ -117,7 +117,7 @@ def _missing(of: _Programmes, at: _Iterates) -> _Missing:
     )
 
 
-def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
+def _improve(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
     """Return the iterates after a predictor and a corrector."""
     normal = (of.columns * (at.dual / at.slack)[:, None]) @ of.rows
     diagonal = np.einsum("nii->ni", normal)
@@ -125,16 +125,17 @@ def _improved(of: _Programmes, at: _Iterates, missing: _Missing) -> _Iterates:
     product = at.slack * at.dual
     ahead = _newton(of, at, missing, normal, -product)
     after = (
-        (at.slack + _far(at.slack, ahead.slack) * ahead.slack) * (at.dual + _far(at.dual, ahead.dual) * ahead.dual)
+        (at.slack + _step_to_bound(at.slack, ahead.slack) * ahead.slack)
+        * (at.dual + _step_to_bound(at.dual, ahead.dual) * ahead.dual)
     ).mean(1, keepdims=True)
     centring = (after / missing.gap) ** 3
     step = _newton(of, at, missing, normal, centring * missing.gap - product - ahead.slack * ahead.dual)
     # primal and dual steps may differ in length, as the quadratic term weighs little
-    length = IPM.inside * _far(at.slack, step.slack)
+    length = IPM.inside * _step_to_bound(at.slack, step.slack)
     return _Iterates(
         at.x + length * step.x,
         at.slack + length * step.slack,
-        at.dual + IPM.inside * _far(at.dual, step.dual) * step.dual,
+        at.dual + IPM.inside * _step_to_bound(at.dual, step.dual) * step.dual,
     )
 
 
@@ -160,7 +161,7 @@ def _solved(matrix: Floats, right: Floats) -> Array:
         return out
 
 
-def _far(value: Floats, step: Floats) -> Floats:
+def _step_to_bound(value: Floats, step: Floats) -> Floats:
     """Return the largest fraction of a step that leaves all values non-negative, (n, 1)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(step < 0, -value / step, np.inf)

@@ -1,4 +1,4 @@
-"""What the optimiser asks of a kind of guides: linear models, moves, cost and violation."""
+"""Interface of a kind of guides to the optimiser: linear models, moves, cost and violation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 class Judged(NamedTuple):
     """Cost and violation of n guides; arrays of shape (n,)."""
 
-    cost: Floats  #: cost of what is ranked
+    cost: Floats  #: cost by the ranking
     violation: Floats  #: sum of the violations of the constraints
     met: Mask  #: whether all constraints are met
 
@@ -32,7 +32,7 @@ Guides = TypeVar("Guides", bound=Batch)
 
 
 class Model(Protocol[Guides]):
-    """A kind of guides as the optimiser sees it."""
+    """Interface of a kind of guides to the optimiser."""
 
     def judged(self, guides: Guides) -> Judged:
         """Return cost and violation as measured on the finite motion."""
@@ -50,4 +50,4 @@ class Model(Protocol[Guides]):
         """Return guides after steps (n, p), measured, and the numbers of those that are valid."""
 
     def charted(self, guides: Guides) -> Guides:
-        """Return guides with their motion described anew, from time to time."""
+        """Choose charts of the motion anew; called after some rounds."""

@@ -27,11 +27,11 @@ from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.problem import Problem
 from ..problem.region import Region
 
-#: Measures whose pieces are written down for guided points, not for slots.
+#: Measures with pieces for guided points only, not for slots.
 POINTS_ONLY = ("max_arm",)
 #: Measures that are largest between the stations, so that their pieces are raised.
 BETWEEN_STATIONS = ("travel",)
-#: Value of a piece that does not concern a linkage.
+#: Value of a piece that does not apply to a linkage.
 NONE = -1e3
 
 
@@ -249,13 +249,13 @@ class Quantities:
 
     def _ends_of(self, i: int) -> list[Row]:
         linkage = self.linkage
-        place, by = chosen(linkage.dyads[:, i] == PR, self.at(i, 1), self._seen_by_coupler(i))
+        place, by = chosen(linkage.dyads[:, i] == PR, self.at(i, 1), self._relative_to_coupler(i))
         weights = extremes(slide_runs(linkage, self.pose)[..., i])
         slopes = [np.einsum("nm,mnc->nc", w, by) for w in weights]
         lowest, highest = self.slides[:, i].T  # the measured ends, which have been found on a finer grid
         return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
 
-    def _seen_by_coupler(self, i: int) -> Row:
+    def _relative_to_coupler(self, i: int) -> Row:
         """Return the coupler points at the fixed pivot of dyad i at the stations."""
         pose, turn = self.pose, 1 + self.pose.x
         away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
@@ -350,14 +350,16 @@ class Quantities:
         """
         if j == 0:
             z, still = self.linkage.points[:, i, 0], np.ones(self.pose.d.shape)
-            return still * z, _own(i, 0, still)
+            return still * z, _difference_slope(i, 0, still)
         if i == 2:
             z, finite = self.point, np.ones(len(self), bool)
         else:
             z, finite = self.linkage.points[:, i, 1], self.linkage.finite[:, i, 1]
         pose = self.pose
         arm = pose.direction(np.where(finite, z - pose.origin, z))
-        slope = (_own(2, 0, 1 + pose.x) if i == 2 else _own(i, 1, 1 + pose.x)) + 1j * arm[..., None] * self.by.angle
+        slope = (_difference_slope(2, 0, 1 + pose.x) if i == 2 else _difference_slope(i, 1, 1 + pose.x)) + 1j * arm[
+            ..., None
+        ] * self.by.angle
         there = np.where(finite, pose.point(z), pose.direction(z))
         return there, slope + np.where(finite[:, None], self.by.shift, 0)
 
@@ -528,7 +530,7 @@ def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
     yield sign * np.abs(away), (slope * unit.conj()[:, None]).real
 
 
-def _own(i: int, j: int, value: Array) -> Complexes:
+def _difference_slope(i: int, j: int, value: Array) -> Complexes:
     """Return the derivatives of a pivot by its own coordinates, times values (m, n)."""
     out = np.zeros((*value.shape, COUNT), dtype=complex)
     out[..., 4 * i + 2 * j], out[..., 4 * i + 2 * j + 1] = value, 1j * value

@@ -56,7 +56,7 @@ class Race:
 
     problem: Problem
     here: Linear
-    best: Linear  #: the cheapest state of each linkage that met all limits, else the nearest to them
+    best: Linear  #: cheapest state of each linkage within all limits; without one, the state nearest to them
     inside: Mask  #: whether the linkages have met all limits
     start: Indices  #: number of the start of each linkage
     multipliers: Floats  #: multipliers of errors and limits, (n, m + l) [tolerances, `UNIT`]
@@ -68,7 +68,7 @@ class Race:
     def of(cls, problem: Problem, starts: CandidateBatch) -> Race:
         """Start a race of candidates along the path.
 
-        Candidates without poses at all stations are left out.
+        Candidates that lack a pose at any station are dropped.
         """
         linkage, point = starts.linkage, starts.point
         fit, bend = starts.traced.fit, problem.curvature
@@ -116,7 +116,7 @@ class Race:
     def finalists(self, starts: CandidateBatch) -> CandidateBatch:
         """Return the best state of each linkage as a candidate, measured on its finite motion.
 
-        Linkages with paths shorter than the stroke are left out.
+        Linkages with paths shorter than the stroke are dropped.
         """
         machine = self.best.machine
         nothing = np.full(len(self), complex(np.nan, np.nan))
@@ -125,7 +125,7 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Select some linkages and reset their multipliers, which gives better answers."""
+        """Select linkages, and reset their multipliers, for better answers."""
         here, best, dyads = self.here[index], self.best[index], self.here.machine.linkage.dyads
         if len(np.unique(dyads[index], axis=0)) < len(np.unique(dyads, axis=0)):
             # the remaining kinds of dyads may have fewer limits and measures
@@ -150,19 +150,19 @@ class Race:
             step, multipliers, damping = bring_inside(
                 hinges, none, self.multipliers, self.damping, self.radius, NEWTON_STEPS
             )
-            first = self._after(step)
+            first = self._after_step(step)
             straight = first.error - (here.slope @ step[..., None])[..., 0]
             errors = np.where(first.reached[:, None], straight, here.machine.error)
             step, multipliers, damping = bring_inside(
                 here.hinges(inside, aspired, errors), step, multipliers, damping, self.radius, CORRECTION_STEPS
             )
-            laid = self._after(step).laid(any_radius=self.problem.curvature is None)
+            laid = self._after_step(step).laid(any_radius=self.problem.curvature is None)
             there = Linear.of(self.problem, laid)
             gained = np.flatnonzero(there.merit(inside) < here.merit(inside))
         self._advance(gained, there[gained], step, multipliers, damping)
 
-    def _after(self, step: Floats) -> Stationed:
-        """Displace linkages by steps (n, p); keep those that would become invalid."""
+    def _after_step(self, step: Floats) -> Stationed:
+        """Displace linkages by steps (n, p); linkages that would become invalid stay in place."""
         here, machine = self.here, self.here.machine
         coordinates = step[:, :COUNT] * units(machine.linkage, machine.point)
         linkage, point, valid = displaced(machine.linkage, machine.point, coordinates)

@@ -38,7 +38,7 @@ class RaceModel(NamedTuple):
     free_error: float = 2e-3  #: error beyond the margin that costs nothing [tolerances]
     #: violation beyond the margin that costs nothing [strokes, right angles]
     free_violation: float = 2e-4
-    #: violation that weighs as much as an error of the whole tolerance [strokes]
+    #: violation with the weight of an error as large as the tolerance [strokes]
     unit: float = 0.05
     part: float = 0.1  #: unit of ranked errors [tolerances]
     #: Cost of a violation as large as the tolerance, in units of the ranking: small, as the next
@@ -108,13 +108,13 @@ class Linear(Rows):
         if problem.curvature is None:
             slope = np.concatenate([slope, machine.by_curvature[..., None]], axis=2)
             bounds, pieces = ([wider(piece) for piece in part] for part in (bounds, pieces))
-            bounds.append(_of_radius(machine.curvature, slope.shape[2]))
+            bounds.append(_radius_pieces(machine.curvature, slope.shape[2]))
         rates = ranked.rates
         if ranked.by_error is not None:
             part = RACE_MODEL.part * problem.deviation
             pieces.append(_both_sides(machine.error / part, slope / part))
             rates = [*rates, RACE_MODEL.part * ranked.by_error]
-        limit, limit_slope = _joined(bounds)
+        limit, limit_slope = _join(bounds)
         measure, measure_slope, rate = _below_largest(pieces, rates, slope.shape)
         with np.errstate(all="ignore"):
             beyond = np.maximum(np.log(machine.deviation / tolerance), 0.0)
@@ -253,16 +253,16 @@ def _below_largest(
         return np.zeros((n, 0)), np.zeros((n, 0, p)), np.zeros((n, 0))
     below = [Pieces(p.value - p.value.max(1, keepdims=True), p.slope) for p in pieces]
     rate = np.repeat(marginal, [p.value.shape[1] for p in pieces], axis=0).T
-    return *_joined(below), rate
+    return *_join(below), rate
 
 
-def _joined(pieces: list[Pieces]) -> tuple[Floats, Floats]:
+def _join(pieces: list[Pieces]) -> tuple[Floats, Floats]:
     """Return all pieces, (n, l), with slopes, (n, l, p)."""
     return np.concatenate([p.value for p in pieces], axis=1), np.concatenate([p.slope for p in pieces], axis=1)
 
 
-def _of_radius(bend: Floats, count: int) -> Pieces:
-    """Return the bounds on curvatures, the last coordinates: neither too flat nor too sharp."""
+def _radius_pieces(bend: Floats, count: int) -> Pieces:
+    """Return the bounds on curvatures, the last coordinates, from both sides."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
     return Pieces(np.stack([bend + 1 / GRID.flattest, -FULLEST - bend], axis=1), slope)

@@ -39,7 +39,7 @@ class SqpOptions(NamedTuple):
     #: Number of successive rounds of little gain after which a candidate has converged; if `hasty`
     #: one, after a better round, where no constraint is violated.
     patience: int = 2
-    stalled: float = 1e-3  #: relative gain below which a round counts as one of little gain
+    stalled: float = 1e-3  #: relative gain below which a round has little gain
     penalty: float = 10.0  #: first penalty [1/stroke, 1/rad]
     #: penalty of feasible guides; with 30, 100 or 300 the answers are alike
     feasible_penalty: float = 100.0
@@ -91,7 +91,7 @@ class Refinement(Generic[Guides]):
 
     model: Model[Guides]
     current: Guides
-    best: Guides  #: the cheapest feasible point of each guide so far, else the one of least violation
+    best: Guides  #: cheapest feasible point of each guide so far; without one, the point of least violation
     best_cost: Floats  #: cost of `best`, infinite where no point was feasible
     nearest: Floats  #: least violation so far
     cost: Floats  #: costs of the current points
@@ -179,12 +179,12 @@ class Refinement(Generic[Guides]):
         at = np.flatnonzero(self.active)
         if not len(at):
             return False
-        with np.errstate(all="ignore"):  # steps and traces that fail are NaN, and give no trial
+        with np.errstate(all="ignore"):  # failed steps and traces are NaN and yield no trial
             trials = self._trials(at, followed)
         self.rounds += 1
         of, total, merit = trials.of, trials.violation, trials.merit(self.penalty[at])
         self.evaluated += len(of)
-        self._keep(at[of], trials)
+        self._accept(at[of], trials)
         before = self.cost[at] + self.penalty[at] * self.violation[at]
         first = least(merit, of)
         gained = first[merit[first] < np.where(np.isnan(before), np.inf, before)[of[first]] - SQP.least_gain]
@@ -209,8 +209,8 @@ class Refinement(Generic[Guides]):
         self.active = self.active & (self.radius > SQP.short) & (self.stalled < SQP.patience)
         return bool(self.active.any())
 
-    def _keep(self, at: Indices, trials: Trials[Guides]) -> None:
-        """Store the cheapest feasible trials, else those nearest to feasibility."""
+    def _accept(self, at: Indices, trials: Trials[Guides]) -> None:
+        """Store the cheapest feasible trials or, without any, those of least violation."""
         total, met = trials.violation, trials.met
         for key, held in ((np.where(met, trials.cost, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
@@ -224,7 +224,7 @@ class Refinement(Generic[Guides]):
         here, n = self.current[at], len(at)
         each, factor = np.tile(np.arange(n), len(RADIUS_FACTORS)), np.repeat(RADIUS_FACTORS, n)
         penalty, radius = self.penalty[at], self.radius[at]
-        one = self._stepped(here, each, factor, factor * radius[each], penalty)
+        one = self._take_step(here, each, factor, factor * radius[each], penalty)
         rank, merit = np.empty(len(one.of), int), one.merit(penalty)
         order = np.lexsort((merit, one.of))
         rank[order] = np.arange(len(order)) - np.searchsorted(one.of[order], one.of[order])
@@ -234,10 +234,10 @@ class Refinement(Generic[Guides]):
         from_, of, factor = one.guides[led], one.of[led], one.factor[led]
         missed = np.clip(self.model.deviation(from_) - 1, 0.0, SQP.missed)
         each = np.arange(len(led))
-        two = self._stepped(from_, each, factor, SQP.second * factor * radius[of], penalty[of], 1 - missed)
+        two = self._take_step(from_, each, factor, SQP.second * factor * radius[of], penalty[of], 1 - missed)
         return join(one, replace(two, of=of[two.of]))
 
-    def _stepped(
+    def _take_step(
         self,
         here: Guides,
         each: Indices,

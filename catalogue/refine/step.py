@@ -50,7 +50,7 @@ def take_step(
 ) -> Step:
     """Compute the steps |s_k| <= radius with the least linearised cost and penalised violation.
 
-    Constraints are elastic: each kind has a slack, and those that are rarely violated share one.
+    Constraints are elastic: each kind has a slack; rarely violated kinds share one.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def _programme(
     square = np.full(cost.shape, STEP.regular)
     square[:, : columns.steps] = STEP.pull / (scaling.stretch * radius[:, None]) ** 2
     blocks = [*_elastic_rows(problem, scaling, columns, margin, share), *_box(scaling, radius)]
-    return _Programme(square, cost, *_assembled(blocks, columns.width))
+    return _Programme(square, cost, *_assemble(blocks, columns.width))
 
 
 class _Columns:
@@ -176,17 +176,17 @@ def _elastic_rows(
     allowed = (inside * problem.allowed / scaling.unit)[:, None]
     yield still, allowed, {columns.error: 1.0, columns.slack("deviation"): -1.0}
     for name, limit in problem.limits.items():
-        right, error = _with_error(problem, scaling, columns, name)
+        right, error = _add_error(problem, scaling, columns, name)
         yield limit.slope @ back, right - limit.value - margin, {columns.slack(name): -1.0, **error}
     for name, piece in problem.measures.items():
-        right, error = _with_error(problem, scaling, columns, name)
+        right, error = _add_error(problem, scaling, columns, name)
         right = right + piece.value.max(1, keepdims=True)
         yield piece.slope @ back, right - piece.value, {columns.measures[name]: -1.0, **error}
     for column in range(columns.shared, columns.width):
         yield still, np.zeros((n, 1)), {column: -1.0}
 
 
-def _with_error(
+def _add_error(
     problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
 ) -> tuple[Floats, Mapping[int, Floats]]:
     """Return the terms of the current error in rows that increase with the largest error.
@@ -206,7 +206,7 @@ def _box(scaling: _Scaling, radius: Floats) -> Iterator[_Block]:
         yield side, np.ones(box.shape[:2]), {}
 
 
-def _assembled(blocks: Sequence[_Block], width: int) -> tuple[Floats, Floats]:
+def _assemble(blocks: Sequence[_Block], width: int) -> tuple[Floats, Floats]:
     """Return rows (n, k, width) and right sides (n, k)."""
     rows = []
     for slope, right, columns in blocks:

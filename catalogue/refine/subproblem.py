@@ -65,7 +65,7 @@ FIXED_COORDINATE = 8
 
 
 class Parametrisation(Protocol):
-    """Coordinates of the moves of placed guides: p numbers each; a step of 1 is a large one."""
+    """Coordinates of the moves of placed guides, p each, in units of a large step."""
 
     def basis(self, found: CandidateBatch) -> Floats:
         """Return the derivatives (n, 10, p) of coordinates by the steps.
@@ -171,7 +171,7 @@ def linearise(
         measures = {name: read.ranked(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
     if rough := differenced(problem):
         limited |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
-    limits_, measures_, by_error = _of_scatter(problem, found, guides)
+    limits_, measures_, by_error = _scatter_pieces(problem, found, guides)
     limited, measures = limited | limits_, measures | measures_
     limited, measures = ({name: p.in_basis(basis) for name, p in every.items()} for every in (limited, measures))
     jacobian = np.moveaxis(by.across, 0, 1) @ basis
@@ -295,7 +295,7 @@ def differences(
     """Return constraints with finite differences of their violations.
 
     Differences are taken on the finite motion of guides near a bound; for other guides the
-    constraint counts as constant.
+    constraint is taken as constant.
     """
     here = feasibility(problem, found, signed=True)
     amounts = np.stack([here.amounts[name] for name in names])
@@ -316,7 +316,7 @@ def differences(
     return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
 
 
-def _of_scatter(
+def _scatter_pieces(
     problem: Problem, found: CandidateBatch, guides: CouplerCurve | CircuitCurve
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
     """Return the constraint and the measures that depend on the scatter of the pivots.
@@ -380,7 +380,7 @@ def wider(pieces: Pieces) -> Pieces:
 def _radius(bend: Floats, count: int) -> Pieces:
     """Return the bounds on the curvature, the last coordinate, of an arc of any radius.
 
-    The arc is neither flat nor a full circle.
+    The bounds exclude flat arcs and full circles.
     """
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
