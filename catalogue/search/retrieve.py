@@ -137,7 +137,7 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
         **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration"), str),
         **{f"reach.{name}": float for name in ("sweep", "deviation", *STORED, *boxes)},
     }
-    wanted = f"reach.kind IN ({_marks(kinds)}) AND reach.level BETWEEN ? AND ? AND reach.cover < ?"
+    wanted = f"reach.kind IN ({_placeholders(kinds)}) AND reach.level BETWEEN ? AND ? AND reach.cover < ?"
     rows = database.plain(columns, f"{JOINED} WHERE {wanted}", (*kinds, *levels, cover))
     fixed, every = (np.stack([rows.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
     guide, order = rows.pop("guide_id"), rows.pop("contact_order")
@@ -145,7 +145,7 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
     return Reaches(guide=guide, order=order, stored=stored, **rows, fixed_box=fixed, box=every)
 
 
-def _marks(values: Sequence[Any]) -> str:
+def _placeholders(values: Sequence[Any]) -> str:
     """Return a placeholder for each value."""
     return ", ".join("?" * len(values))
 
@@ -191,7 +191,7 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
     with np.errstate(all="ignore"):
         stretch, missing = _stretches(problem, reaches)
         values = _values(problem, reaches, stretch)
-        return problem.ranking.cost(values) + VIOLATION_WEIGHT * _broken(
+        return problem.ranking.cost(values) + VIOLATION_WEIGHT * _estimate_violation(
             problem, reaches, stretch, missing, values
         ), stretch
 
@@ -229,7 +229,9 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
     return values
 
 
-def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]) -> Floats:
+def _estimate_violation(
+    problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]
+) -> Floats:
     """Estimate the violations of the constraints by stored reaches, shape (n,)."""
     bounds = problem.constraints
     broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATION_VIOLATION + missing
@@ -245,10 +247,10 @@ def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats
             column = reaches[row.measure]
             over = np.maximum(np.radians(excess(row, column * stretch, bound)), 0)
             broken += np.where(np.isnan(column), UNKNOWN_VIOLATION, over)
-    return broken + _outside(problem, reaches, 1 / stretch)
+    return broken + _distance_outside(problem, reaches, 1 / stretch)
 
 
-def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
+def _distance_outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
     """Return the distances of stored boxes of pivots outside their regions, shape (n,).
 
     Each guide is in its best orientation.
@@ -312,13 +314,13 @@ def candidates_of(
             sweep = abs(problem.fixed_curvature)
             traced = at_sweep(guides, half, centre, reaches.sweep[chosen], sweep)[1]
         else:
-            traced = _within(problem, guides, traced, half * stretch, most, centre)
+            traced = _fit_to_tolerance(problem, guides, traced, half * stretch, most, centre)
     linkage, point, pole = place_on_path(problem, guides, traced)
     slides = slides_on_path(problem, guides, traced)
     return measured(problem, origin, *best_orientation(problem, linkage, point, pole, slides))
 
 
-def _within(
+def _fit_to_tolerance(
     problem: Problem, guides: CouplerCurve, traced: Traced, half: Floats, most: Floats, centre: Floats
 ) -> Traced:
     """Fit the windows of guides to the tolerance by the secant method on logarithms.
@@ -354,7 +356,7 @@ def _read_guides(
         **{f"mechanism.{name}": float for name in PIVOT_NAMES},
     }
     ids = reaches.guide[chosen].tolist()
-    rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_marks(ids)})", ids)
+    rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_placeholders(ids)})", ids)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
     wanted = zip(reaches.guide[chosen].tolist(), reaches.level[chosen].tolist(), strict=True)
     at = np.array([place.get(pair, -1) for pair in wanted], int)

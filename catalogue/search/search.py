@@ -145,10 +145,10 @@ class Search:
         """Run the next round; answers `so_far` never become worse."""
         ended = next(self._phases, "found")
         if ended:
-            self._leave_out()
-            self.status = ended if self._feasible else "exhausted"
+            self._drop_repeated()
+            self.status = ended if self._has_feasible else "exhausted"
 
-    def _leave_out(self) -> None:
+    def _drop_repeated(self) -> None:
         """Set the cost of answers outside the requested tolerance to infinity."""
         if self.found is not None and self.problem is not self._asked:
             met = feasibility(self._asked, self.found).all
@@ -169,37 +169,37 @@ class Search:
         starts = self.starts.likely(candidate, LIKELY_STARTS)
         for _ in self._take(candidate if starts is None else join(candidate, starts), LIKELY_STARTS):
             pass
-        if self.found is None or not self._feasible:
+        if self.found is None or not self._has_feasible:
             return None
         return self.found[np.flatnonzero(np.isfinite(self.cost))]
 
     # -- phases ----------------------------------------------------------------------------
     def _every_phase(self) -> Iterator[str]:
         """Run the phases; after each round yield the reason to stop, or an empty text."""
-        if (known := self._meeting(self.starts.given)) is not None:
+        if (known := self._meeting_constraints(self.starts.given)) is not None:
             self._add(known, cost(self.problem, known))
             if self.warm and self.refines:
                 yield from self._from_known(known)
         if self.effort == 1 and self._may_be_short:
-            yield from self._take(self._gathered(self.starts.short, self.budget.short), self.budget.followed)
+            yield from self._take(self._gather(self.starts.short, self.budget.short), self.budget.followed)
             yield self._enough_already
-        each = self.budget.per_kind if self._races else self.budget.tried
+        each = self.budget.per_kind if self._is_racing else self.budget.tried
         if not self.refines:
             each = max(each, self.problem.limit)
         for number in range(1 + self.budget.broad):
-            starts = self._gathered(self.starts.broad, number, each, self.found)
+            starts = self._gather(self.starts.broad, number, each, self.found)
             if not (self.refines or self.report.eligible):
                 break
             yield from self._race(starts, self.budget.raced, self.budget.leaders, self.budget.rounds)
             self.broad += 1
-            if self.refines and not self._feasible and not self._by_deviation:
+            if self.refines and not self._has_feasible and not self._by_deviation:
                 yield from self._lead_in()
                 break
-            if self._worth_something.sum() >= self.enough or (self._feasible and not self.problem.effort):
+            if self._acceptable.sum() >= self.enough or (self._has_feasible and not self.problem.effort):
                 break
             yield ""
         yield self._enough_for_all
-        yield from self._hops()
+        yield from self._perturbation_phases()
 
     def _from_known(self, known: CandidateBatch) -> Iterator[str]:
         """Refine the best answers to a tighter problem, and a few stored starts.
@@ -208,24 +208,24 @@ class Search:
         Broad phases are omitted, as tighter problems have had them.
         """
         best = known[np.argsort(cost(self.problem, known), kind="stable")[: self.budget.known]]
-        beside = self._gathered(self.starts.short, self.budget.beside)
+        beside = self._gather(self.starts.short, self.budget.beside)
         yield from self._take(best if beside is None else join(best, beside), self.budget.known_followed)
-        if self._worth_something.sum() >= self.problem.limit:
+        if self._acceptable.sum() >= self.problem.limit:
             yield self._enough_for_all
-            yield from self._hops()
+            yield from self._perturbation_phases()
             yield "found"
 
-    def _hops(self) -> Iterator[str]:
+    def _perturbation_phases(self) -> Iterator[str]:
         """Refine perturbed copies of the best answer until none is better."""
         for _ in range(self.budget.hops):
             before = self._least
-            starts = self._gathered(self.starts.perturbed, self.found, self.budget.hopped)
+            starts = self._gather(self.starts.perturbed, self.found, self.budget.hopped)
             if starts is None:
                 return
             yield from self._race(starts, self.budget.hopped, self.budget.landed, self.budget.hop_rounds)
             yield "" if self._gained(before) else "no gain"
 
-    def _gathered(self, gather: Callable[..., CandidateBatch | None], *how: Any) -> CandidateBatch | None:
+    def _gather(self, gather: Callable[..., CandidateBatch | None], *how: Any) -> CandidateBatch | None:
         """Return the starts that a function gathers; None if there are none."""
         with self.report.timed("starts"):
             starts = gather(*how)
@@ -235,10 +235,10 @@ class Search:
         """Race at most `count` starts and refine the leaders; refine all where no race is run."""
         wanted = max(leaders, self.problem.limit)
         starts = self._without_exact(starts)
-        if starts is None or not self._races or len(starts) <= wanted:
+        if starts is None or not self._is_racing or len(starts) <= wanted:
             yield from self._take(starts, max(self.budget.kept, self.problem.limit))
             return
-        rare = self._rare(starts)
+        rare = self._is_rare_family(starts)
         racing = starts[np.flatnonzero(~rare)]
         finalists = starts[np.flatnonzero(rare)]
         if len(racing):
@@ -269,7 +269,7 @@ class Search:
         self._add(done, cost(self.problem, done))
         return starts[np.flatnonzero(~exact)]
 
-    def _rare(self, starts: CandidateBatch) -> Mask:
+    def _is_rare_family(self, starts: CandidateBatch) -> Mask:
         """Mark starts of families with too few starts for a race, shape (n,)."""
         _, family, count = np.unique(starts.linkage.family, return_inverse=True, return_counts=True)
         return np.asarray((count <= self.budget.rare)[family])
@@ -284,7 +284,7 @@ class Search:
             return
         self.refining = Refinement.of(self.problem, starts, hasty=self.effort == 1)
         for keep in (self.budget.tried, kept):
-            yield from self._refined(self._followed)
+            yield from self._refined(self._followed_count)
             order = np.argsort(self.refining.merit, kind="stable")
             self._put_aside(self.refining[order[keep:]])
             self.refining = self.refining[order[:keep]]
@@ -316,28 +316,28 @@ class Search:
         how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
         least = Search(problem, self.database, self.report, **how)
-        yield from least._take(self._nearest(self.found), LEAD_IN.nearest)
+        yield from least._take(self._nearest_to_constraints(self.found), LEAD_IN.nearest)
         far_off = np.log(LEAD_IN.far_off * self.problem.deviation / problem.deviation)
         ends: list[float] = []
-        while least.status == "searching" and not self._meeting(least.found):
+        while least.status == "searching" and not self._meeting_constraints(least.found):
             least.step()
             yield ""
             if least.broad > len(ends):
                 ends.append(least.least)
                 if len(ends) > 1 and not ends[-1] < max(ends[-2] - LEAD_IN.fall, far_off):
                     break
-        found = self._meeting(least.found)
-        nearest = self._nearest(least.found if found is None else found)
+        found = self._meeting_constraints(least.found)
+        nearest = self._nearest_to_constraints(least.found if found is None else found)
         yield from self._take(nearest, LEAD_IN.nearest)
 
-    def _nearest(self, found: CandidateBatch | None) -> CandidateBatch | None:
+    def _nearest_to_constraints(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the candidates nearest to the constraints that are unlike each other."""
         if found is None or not len(found):
             return None
         away, mirror = feasibility(self.problem, found).total, self.problem.curvature == 0
         return found[unlike(found.linkage.pivots, away, LEAD_IN.nearest, mirror=mirror)]
 
-    def _meeting(self, found: CandidateBatch | None) -> CandidateBatch | None:
+    def _meeting_constraints(self, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the feasible candidates, None if there are none."""
         if found is None or not len(found):
             return None
@@ -373,7 +373,7 @@ class Search:
         return self.problem.ranking.only == "deviation"
 
     @property
-    def _races(self) -> bool:
+    def _is_racing(self) -> bool:
         """Whether starts race."""
         return self.refines and is_raced(self.problem)
 
@@ -383,7 +383,7 @@ class Search:
         return is_constrained(self.problem) or not (self._by_deviation or self.problem.ranking.only == "score")
 
     @property
-    def _followed(self) -> int:
+    def _followed_count(self) -> int:
         """Number of trials of each candidate that are continued in the first rounds.
 
         It is larger for a ranked deviation, which falls by orders of magnitude in these rounds.
@@ -393,33 +393,33 @@ class Search:
     @property
     def _enough_already(self) -> str:
         """Reason to end the search after its short phase; else empty."""
-        worth = int(self._worth_something.sum())
+        worth = int(self._acceptable.sum())
         if not self._is_hard:
             return "found" if worth >= self.enough else ""
         full = worth >= max(self.enough, self.problem.limit) and self._is_varied
-        return "good enough" if full and self._in_gap else ""
+        return "good enough" if full and self._is_within_gap else ""
 
     @property
     def _enough_for_all(self) -> str:
         """Reason to end the search after its broad phases; else empty."""
         ends = not self.problem.effort or not self._is_hard or self.enough == 1
-        if ends or not self.refines or not self._feasible:
+        if ends or not self.refines or not self._has_feasible:
             return "found"
-        return "good enough" if self._in_gap else ""
+        return "good enough" if self._is_within_gap else ""
 
     @property
-    def _feasible(self) -> bool:
+    def _has_feasible(self) -> bool:
         """Whether a feasible candidate was found."""
         return bool(np.isfinite(self.cost).any())
 
     @property
     def _may_be_short(self) -> bool:
         """Whether a few stored starts often suffice: without constraints, or for a score."""
-        scored = self._races and self.problem.ranking.only == "score"
+        scored = self._is_racing and self.problem.ranking.only == "score"
         return self.refines and (scored or not is_constrained(self.problem))
 
     @property
-    def _in_gap(self) -> bool:
+    def _is_within_gap(self) -> bool:
         """Whether the best answer is near the bound of the cost.
 
         For a ranked deviation, whether it is exact.
@@ -430,7 +430,7 @@ class Search:
         return self._least <= (exact if self._by_deviation else self.problem.ranking.good)
 
     @property
-    def _worth_something(self) -> Array:
+    def _acceptable(self) -> Array:
         """Mask of the feasible answers without faults."""
         if self.found is None:
             return np.zeros(0, bool)
@@ -442,7 +442,7 @@ class Search:
         most, series = self.problem.ranking.per_series, self.problem.constraints.series
         if self.found is None or not most:
             return True
-        count = Counter(self.found.origin.series[self._worth_something])
+        count = Counter(self.found.origin.series[self._acceptable])
         limit = self.problem.limit
         wanted = min(limit, most * len(series)) if series else limit
         return sum(min(each, most) for each in count.values()) >= wanted

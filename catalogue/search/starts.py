@@ -97,14 +97,14 @@ class Starts:
     def short(self, count: int) -> CandidateBatch | None:
         """Return the most promising stored guides; later phases may return them again."""
         before = self.taken
-        parts = self._circling() if self.problem.is_wide else [self._stored(2 * count), *self._made_at_once()]
+        parts = self._wide_arc_starts() if self.problem.is_wide else [self._stored(2 * count), *self._made_at_once()]
         self.taken = before
         return self._joined(parts, count)
 
     def broad(self, number: int, each: int, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return at most `each` starts of every kind for a broad phase."""
         if self.problem.is_wide:
-            parts = self._circling()
+            parts = self._wide_arc_starts()
         else:
             parts = [self._stored(STORED)]
             if number == 0:
@@ -123,7 +123,7 @@ class Starts:
 
     def likely(self, near: CandidateBatch, count: int) -> CandidateBatch | None:
         """Return the `count` stored starts most similar to a candidate, and the `count` best."""
-        parts = self._circling() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
+        parts = self._wide_arc_starts() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
         starts = self._joined(parts, LIKELY_POOL)
         if starts is None:
             return None
@@ -148,13 +148,13 @@ class Starts:
 
     def _made_at_once(self) -> list[CandidateBatch | None]:
         """Return exact guides, where they are suitable."""
-        return [exact_guides.starts(self.problem, EXACT_GUIDES, self._random)] if self._exact else []
+        return [exact_guides.starts(self.problem, EXACT_GUIDES, self._random)] if self._suits_exact_guides else []
 
     def _made(self) -> list[CandidateBatch | None]:
         """Return linkages of each family with second-order contact in mid-stroke."""
         return [euler_savary.starts(self.problem, name, DRAWN, self._random) for name in self._families]
 
-    def _circling(self) -> list[CandidateBatch | None]:
+    def _wide_arc_starts(self) -> list[CandidateBatch | None]:
         """Return starts for an arc near a half circle or beyond, of each family."""
         count = DRAWN // CIRCLING_DIVISOR
         names = turning_cranks.families(self.problem)
@@ -166,7 +166,7 @@ class Starts:
         return allowed(self.problem, euler_savary.PINNED)
 
     @property
-    def _exact(self) -> bool:
+    def _suits_exact_guides(self) -> bool:
         """Whether exact guides are suitable, even trivial ones.
 
         They are for arcs of a given radius, for the least deviation, and for bodies that hardly

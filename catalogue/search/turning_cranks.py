@@ -58,7 +58,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     assert path.angle is not None
     radius, half = path.radius, np.radians(0.5 * path.angle)
     centre = 0.5 * path.stroke - 1j * radius * np.cos(half)
-    linkage, _ = Linkage.valid(_drawn(problem, family, DRAWS.each * count, radius, centre, random))
+    linkage, _ = Linkage.valid(_draw(problem, family, DRAWS.each * count, radius, centre, random))
     if not len(linkage):
         return None
     found = circuits(linkage)
@@ -121,7 +121,7 @@ def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -
     return np.sqrt((off * off).mean(0)), arm, centre
 
 
-def _drawn(
+def _draw(
     problem: Problem, family: str, count: int, radius: float, centre: complex, random: np.random.Generator
 ) -> Array:
     """Draw linkages with the first crank about the centre of the arc, (count, 2, 2, 3)."""
