@@ -34,10 +34,9 @@ class Memberships(Sequence[Membership]):
     """The series that one linkage belongs to, the nearest first.
 
     `near` holds all series of its family. Degenerate series come before `general` and `parallel`,
-    which surround them. Among degenerate ones, those that hold come first, in ascending number of
-    free parameters; then the others, in ascending ratio of residual to margin (counted up to 1).
-    The ratio is used because near the intersection of two series both have small residuals, with
-    margins not much larger.
+    which surround them. Among degenerate ones the series that hold come first, by number of free
+    parameters; the others follow by the ratio of residual to margin (at most 1). The ratio is used
+    because both series have small residuals near their intersection, with margins not much larger.
     """
 
     near: tuple[Membership, ...]

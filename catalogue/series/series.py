@@ -273,7 +273,7 @@ class Series:
     def inversion(self, code: str, title: str) -> Series:
         """Return the inverse series: fixed and moving plane exchanged in everything."""
         members = [
-            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_inverted(m.pivots))
+            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_invert(m.pivots))
             for m in self.members
         ]
         return Series(
@@ -288,7 +288,7 @@ class Series:
         )
 
 
-def _inverted(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], Array]:
+def _invert(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], Array]:
     return lambda p: half_turn(np.asarray(pivots(p))[:, :, ::-1])
 
 
