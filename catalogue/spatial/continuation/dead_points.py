@@ -42,13 +42,13 @@ def unfolded(curve: Curve, trace: Trace) -> Trace:
 def _with_node(curve: Curve, trace: Trace, k: int, s: float) -> Trace:
     """Return a trace with one more node, at an arc length after node k."""
     y, tangent, slope = across(curve, trace.at(np.array([s])), trace.tangent[k][None])
-    value = _unwound(curve, curve(y)[2], trace.drive[k])
+    value = _unwind(curve, curve(y)[2], trace.drive[k])
     node = s, y[0], curve.lifted(y, tangent)[0], value[0], slope[0], tangent[0]
     arrays = [np.insert(v, k + 1, w, axis=0) for v, w in zip(trace[:-1], node, strict=True)]
     return Trace._make([*arrays, trace.reason])
 
 
-def _unwound(curve: Curve, value: Array, near: Any) -> Array:
+def _unwind(curve: Curve, value: Array, near: Any) -> Array:
     """Add whole turns to periodic drives to bring them next to given values."""
     return np.asarray(near + around(value - near)) if curve.periodic else value
 
@@ -84,5 +84,5 @@ def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
         y, tangent = (np.where(done[:, None], v, w) for v, w in ((y, there), (tangent, along)))
         ended = ~(np.abs(new) >= FOUND) | ~(np.abs(s - b) >= NEAREST) | (new == slope)
         b, slope, done = s, np.where(done, slope, new), done | ended
-    value = _unwound(curve, curve(y)[2], one.drive)
+    value = _unwind(curve, curve(y)[2], one.drive)
     return Trace(b, y, curve.lifted(y, tangent), value, np.zeros_like(b), tangent)

@@ -79,7 +79,7 @@ class March:
         curve (Allgower and Georg, ch. 8).
         """
         self.tried[self.who] += 1
-        h, node, good, self.crossing = self.curve.compiled_step(self) or self._tried()
+        h, node, good, self.crossing = self.curve.compiled_step(self) or self._try_step()
         if good.all():
             self.before, self.last = self.last, node
             self._passed.append((self.who, *node))
@@ -90,7 +90,7 @@ class March:
         self.h = h
         return np.asarray(good)
 
-    def _tried(self) -> tuple[Array, tuple[Array, ...], Array, Array]:
+    def _try_step(self) -> tuple[Array, tuple[Array, ...], Array, Array]:
         """Predict and correct; return next step lengths, new nodes, good steps, changed signs."""
         s, y, rate, drive, slope, tangent = self.last
         back = (s - self.before[0])[:, None]
