@@ -74,11 +74,11 @@ class Sheet:
         self.ax.set_axis_off()
         self.ax.set_facecolor(PAPER)
         self.middle = (low + high) / 2
-        self._fill(room)
+        self._fill_paper(room)
         self.toward = toward(elevation, azimuth)
         self.range = float(np.abs(room @ np.abs(self.toward))) or 1.0
 
-    def _fill(self, room: Array) -> None:
+    def _fill_paper(self, room: Array) -> None:
         """Set the scale so that the scene fills the paper."""
         self.ax.set_box_aspect(tuple(room), zoom=1.0)
         self.figure.draw_without_rendering()
@@ -273,10 +273,10 @@ def hull(x: Array) -> tuple[list[tuple[int, int]], Array]:
             [(int(corners[i - 1]), int(corners[i])) for i in range(len(corners))],
             np.array([(corners[0], corners[i], corners[i + 1]) for i in range(1, len(corners) - 1)]),
         )
-    return _seen_edges(found), found.simplices
+    return _crease_edges(found), found.simplices
 
 
-def _seen_edges(found: Any) -> list[tuple[int, int]]:
+def _crease_edges(found: Any) -> list[tuple[int, int]]:
     """Return edges between faces that are not in one plane."""
     normal: dict[tuple[int, int], list[Array]] = {}
     for face, plane in zip(found.simplices, found.equations, strict=True):
