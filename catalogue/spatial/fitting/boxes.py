@@ -88,8 +88,8 @@ class Variables:
         self.at_home: set[int] = set()
         names, half, moves = [], [], []
         for box in boxes:
-            size, signs = _checked(box)
-            displaced, title = self._displaced(box, signs)
+            size, signs = _check_box(box)
+            displaced, title = self._displacement_factors(box, signs)
             for axis in np.flatnonzero(size):
                 names.append(f"{title} {'xyz'[axis]}")
                 half.append(size[axis])
@@ -98,7 +98,7 @@ class Variables:
             raise InvalidRequest("nothing may move: give a Box with a half size above 0")
         self.names, self.half, self.moves = tuple(names), np.array(half), np.array(moves)
 
-    def _displaced(self, box: Box, signs: Array) -> tuple[Array, str]:
+    def _displacement_factors(self, box: Box, signs: Array) -> tuple[Array, str]:
         """Return the factors (h, 3) of a box's displacement for all hard points, and its name."""
         wanted = names("Box.points", box.points)
         if not wanted:
@@ -149,7 +149,7 @@ class Variables:
         return out
 
 
-def _checked(box: Box) -> tuple[Array, Array]:
+def _check_box(box: Box) -> tuple[Array, Array]:
     """Return half sizes (3,) and the factors of the points after the first."""
     size = np.broadcast_to(array("Box.half", box.half, (), (3,)), (3,))
     if not (np.isfinite(size) & (size >= 0)).all():

@@ -74,7 +74,9 @@ class Asked:
         sweeps = table_in(section, "sweep", "fit")
         self.sweeps = {name: self._sweep(one, f"fit.sweep {quoted(name)}") for name, one in sweeps.items()}
         every = {
-            name: [_known(name, one, f"fit.{name} {i + 1}") for i, one in enumerate(tables_in(section, name, "fit"))]
+            name: [
+                _check_fields(name, one, f"fit.{name} {i + 1}") for i, one in enumerate(tables_in(section, name, "fit"))
+            ]
             for name in ("target", "bound", "box")
         }
         self.targets = [self._target(one, f"fit.target {i + 1}") for i, one in enumerate(every["target"])]
@@ -85,14 +87,14 @@ class Asked:
     def _sweep(self, one: Any, what: str) -> Sweep:
         if not isinstance(one, dict):
             raise InvalidRequest(f"{what} must be a table")
-        _known("sweep", one, what)
+        _check_fields("sweep", one, what)
         hold = one.get("hold", [])
         drive = self.job.drive(str(one.get("drive", "")))
         held = [self.job.drive(str(name)) for name in (hold if isinstance(hold, list) else [hold])]
         if "values" in one:
             values = array(f"{what}.values", one["values"], finite=True)
         elif {"from", "to"} <= set(one):
-            ends = [_one(one, k, what, 0.0) for k in ("from", "to")]
+            ends = [_number_of(one, k, what, 0.0) for k in ("from", "to")]
             steps = one.get("steps", 17)
             if not isinstance(steps, int) or not 2 <= steps <= MOST:
                 raise InvalidRequest(f"{what}.steps must be a whole number from 2 to {MOST}")
@@ -102,14 +104,14 @@ class Asked:
         angular = self.job.mechanism.system(*held, drive).scalars[-1].angular
         return Sweep(drive, np.radians(values) if angular else values, held)
 
-    def _over(self, one: Mapping[str, Any], what: str) -> Sweep:
+    def _sweep_of(self, one: Mapping[str, Any], what: str) -> Sweep:
         name = str(one.get("over", next(iter(self.sweeps), "") if len(self.sweeps) == 1 else ""))
         if name not in self.sweeps:
             raise InvalidRequest(f"{what}: over must name a sweep, one of {', '.join(self.sweeps) or 'none'}")
         return self.sweeps[name]
 
     # -- quantities ------------------------------------------------------------------------------
-    def _reading(self, one: Mapping[str, Any], what: str) -> tuple[str, Reading, str]:
+    def _parse_reading(self, one: Mapping[str, Any], what: str) -> tuple[str, Reading, str]:
         """Return name, reading and unit of the quantity of a target or a bound."""
         said = [name for name in ("read", "length", "point") if name in one]
         if len(said) != 1:
@@ -150,8 +152,8 @@ class Asked:
         return lambda motion: motion.point(body, at)
 
     def _target(self, one: Mapping[str, Any], what: str) -> Target:
-        name, reading, unit = self._reading(one, what)
-        over = self._over(one, what)
+        name, reading, unit = self._parse_reading(one, what)
+        over = self._sweep_of(one, what)
         on_guide = "point" in one and ("line" in one or "circle" in one)
         said = [k for k in ("value", "values", "x") if k in one]
         if len(said) != 1 and not (on_guide and not said):
@@ -164,7 +166,7 @@ class Asked:
             value = self._curve(one, over, what)
         elif said:
             value = array(f"{what}.{said[0]}", one[said[0]], finite=True)
-        return Target(name, reading, over, value, _one(one, "tolerance", what, 1.0), offset, unit)
+        return Target(name, reading, over, value, _number_of(one, "tolerance", what, 1.0), offset, unit)
 
     def _curve(self, one: Mapping[str, Any], over: Sweep, what: str) -> Array:
         """Interpolate a curve linearly at values of the drive in the shown unit."""
@@ -181,9 +183,11 @@ class Asked:
         return np.asarray(np.interp(at, x, y))
 
     def _bound(self, one: Mapping[str, Any], what: str) -> Bound:
-        name, reading, unit = self._reading(one, what)
-        least, most = _one(one, "least", what, -np.inf), _one(one, "most", what, np.inf)
-        return Bound(name, reading, self._over(one, what), least, most, _one(one, "tolerance", what, 1.0), unit)
+        name, reading, unit = self._parse_reading(one, what)
+        least, most = _number_of(one, "least", what, -np.inf), _number_of(one, "most", what, np.inf)
+        return Bound(
+            name, reading, self._sweep_of(one, what), least, most, _number_of(one, "tolerance", what, 1.0), unit
+        )
 
 
 def _box(one: Mapping[str, Any], what: str) -> Box:
@@ -193,7 +197,7 @@ def _box(one: Mapping[str, Any], what: str) -> Box:
     return Box(points, one.get("half", 0.0), str(one.get("mirror", "")))
 
 
-def _known(kind: str, one: dict[str, Any], what: str) -> dict[str, Any]:
+def _check_fields(kind: str, one: dict[str, Any], what: str) -> dict[str, Any]:
     for name in one:
         if name not in KNOWN[kind]:
             raise InvalidRequest(
@@ -213,7 +217,7 @@ def _fields(one: Any, names: tuple[str, ...], what: str) -> list[Array]:
     return found
 
 
-def _one(one: Mapping[str, Any], name: str, what: str, default: float) -> float:
+def _number_of(one: Mapping[str, Any], name: str, what: str, default: float) -> float:
     if name not in one:
         return default
     return float(array(f"{what}.{name}", one[name], (), finite=True))

@@ -121,11 +121,11 @@ class Search:
         """Return residuals whose squares add up to the sum of mean squares of deviation /
         tolerance.
         """
-        return _flat(self.deviations(trial), self.targets)
+        return _flatten(self.deviations(trial), self.targets)
 
     def merit(self, trial: Trial) -> float:
         """Return the objective; a bound counts as a target with a hundredth of its tolerance."""
-        broken = _flat([np.maximum(e, 0) for e in self.excesses(trial)], self.bounds)
+        broken = _flatten([np.maximum(e, 0) for e in self.excesses(trial)], self.bounds)
         return float((self.residual(trial) ** 2).sum() + 1e4 * (broken**2).sum())
 
     def broken(self, trial: Trial) -> float:
@@ -153,7 +153,7 @@ class Search:
         for b, d in zip(self.bounds, read[len(self.targets) :], strict=True):
             sides = [sign * d for end, sign in ((b.least, -1), (b.most, 1)) if np.isfinite(end)]
             other.append(np.concatenate(sides, axis=1))
-        return _flat(one, self.targets, d_by=True), _flat(other, self.bounds, d_by=True)
+        return _flatten(one, self.targets, d_by=True), _flatten(other, self.bounds, d_by=True)
 
     # -- searching -------------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
@@ -183,7 +183,7 @@ class Search:
         return trial
 
     def _excess(self, trial: Trial) -> Array:
-        return _flat(self.excesses(trial), self.bounds)
+        return _flatten(self.excesses(trial), self.bounds)
 
     def _least(self, trial: Trial, multiplier: Array, weight: float) -> Trial:
         """Minimise the sum of squares of residuals and shifted excesses from a trial."""
@@ -239,7 +239,7 @@ class _Enough(Exception):
         self.trial = trial
 
 
-def _flat(parts: Sequence[Array], of: Sequence[Target | Bound], d_by: bool = False) -> Array:
+def _flatten(parts: Sequence[Array], of: Sequence[Target | Bound], d_by: bool = False) -> Array:
     """Flatten parts (s, c), or derivatives (s, c, k), scaled by tolerance and number of poses."""
     scaled = [v / (t.tolerance * np.sqrt(len(v))) for v, t in zip(parts, of, strict=True)]
     if d_by:

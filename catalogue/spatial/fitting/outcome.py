@@ -63,7 +63,7 @@ class Fit:
     def displacements(self) -> dict[str, tuple[float, float, float]]:
         """Displacement of every hard point that a box may move, in the unit of length."""
         moved = self._variables.displacement(self._found.u[None])[0]
-        return {self._variables.labels[h]: _three(moved[h]) for h in sorted(self._variables.at_home)}
+        return {self._variables.labels[h]: _as_triple(moved[h]) for h in sorted(self._variables.at_home)}
 
     @cached_property
     def targets(self) -> pd.DataFrame:
@@ -131,14 +131,14 @@ class Fit:
         for k, off in enumerate(search.deviations(found)):
             target, size = search.targets[k], np.sqrt((off * off).sum(1))
             if size.max() > target.tolerance:
-                out.append(f"{target.name} is missed by {self._amount(size, target.unit, k)}")
+                out.append(f"{target.name} is missed by {self._largest_deviation(size, target.unit, k)}")
         for k, excess in enumerate(search.excesses(found), len(search.targets)):
             bound, size = search.bounds[k - len(search.targets)], excess.max(1)
             if size.max() > KEPT * bound.tolerance:
-                out.append(f"{bound.name} is broken by {self._amount(size, bound.unit, k)}")
+                out.append(f"{bound.name} is broken by {self._largest_deviation(size, bound.unit, k)}")
         return tuple(out)
 
-    def _amount(self, size: Array, unit: str, curve: int) -> str:
+    def _largest_deviation(self, size: Array, unit: str, curve: int) -> str:
         """Return the largest deviation and its position in the sweep, as text."""
         worst, motion = int(size.argmax()), self.motions[self._search.trials.over[curve]]
         amount = f"{size[worst]:.3g} {unit}".strip()
@@ -166,6 +166,6 @@ class Fit:
         return lines
 
 
-def _three(v: Array) -> tuple[float, float, float]:
+def _as_triple(v: Array) -> tuple[float, float, float]:
     x, y, z = (float(k) for k in v)
     return x, y, z

@@ -66,7 +66,7 @@ class Trials:
         self.pointwise: dict[int, bool] = {}
         self.refused: Counter[str] = Counter()
         self.made = 0
-        self.side = [_sides(variables.mechanism, sweep) for sweep in self.sweeps]
+        self.side = [_jacobian_signs(variables.mechanism, sweep) for sweep in self.sweeps]
 
     # -- whole sweeps ----------------------------------------------------------------------------
     def at(self, u: Array) -> Trial | None:
@@ -92,7 +92,7 @@ class Trials:
         try:
             mechanism = self.variables.moved(u)
             swept = [mechanism.sweep(s.drive, s.values, s.hold) for s in self.sweeps]
-            sides = [_sides(mechanism, s) for s in self.sweeps]
+            sides = [_jacobian_signs(mechanism, s) for s in self.sweeps]
         except (InvalidLinkage, InvalidRequest) as error:
             if len(u) == 1:
                 return [[]], [str(error)]
@@ -108,7 +108,7 @@ class Trials:
         motions: list[list[Motion]] = []
         for i in range(len(u)):
             one = self.variables.moved(u[i : i + 1]) if len(u) > 1 and not reasons[i] else mechanism
-            motions.append([_single(one, motion, i) for motion in swept] if not reasons[i] else [])
+            motions.append([_motion_of_one(one, motion, i) for motion in swept] if not reasons[i] else [])
         return motions, reasons
 
     @staticmethod
@@ -159,7 +159,7 @@ class Trials:
             self.pointwise[index] = self._is_pointwise(curve, stack, u)
         if self.pointwise[index]:
             return self._read(curve, stack)
-        return np.concatenate([self._read(curve, self._apart(stack, u, i)) for i in range(len(u))])
+        return np.concatenate([self._read(curve, self._single_motion(stack, u, i)) for i in range(len(u))])
 
     def _is_pointwise(self, curve: Target | Bound, stack: Stacked, u: Array) -> bool:
         """Return whether first and last mechanism of a stack have equal readings if read
@@ -170,13 +170,13 @@ class Trials:
         except Exception:  # a user's reading may fail on poses of many mechanisms
             return False
         parts = read.reshape(len(u), -1, read.shape[1])
-        ends = [self._read(curve, self._apart(stack, u, i)) for i in (0, len(u) - 1)]
+        ends = [self._read(curve, self._single_motion(stack, u, i)) for i in (0, len(u) - 1)]
         return all(
             one.shape == there.shape and np.allclose(there, one, 1e-9, 1e-12, equal_nan=True)
             for one, there in zip(ends, (parts[0], parts[-1]), strict=True)
         )
 
-    def _apart(self, stack: Stacked, u: Array, i: int) -> Motion:
+    def _single_motion(self, stack: Stacked, u: Array, i: int) -> Motion:
         """Return the motion of one mechanism of a stack."""
         s = stack.states.shape[1] // len(u)
         here = slice(i * s, (i + 1) * s)
@@ -191,7 +191,7 @@ class Trials:
         )
 
 
-def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
+def _motion_of_one(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
     """Return the motion of one mechanism of a batch."""
     if len(motion.states) == 1:
         return motion
@@ -206,7 +206,7 @@ def _single(mechanism: Mechanism, motion: Motion, i: int) -> Motion:
     )
 
 
-def _sides(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:
+def _jacobian_signs(mechanism: Mechanism, sweep: Sweep) -> list[tuple[float, int]]:
     """Return sign of the determinant and size of the Jacobian in each design pose.
 
     The sign changes at singular poses.
