@@ -1,5 +1,6 @@
-"""What a kind of guide says of itself, in its local axes X, Y, Z; a new surface is a subclass of a
-few lines.
+"""Base classes of surfaces and curves, in their local axes X, Y, Z.
+
+A new surface is a subclass of a few lines:
 
 1. `parameters` are its names of the shape, `lengths` says which of them (and which of u, w) are
 lengths. 2. `point` and `implicit` are written with numpy's functions, so that they also take series

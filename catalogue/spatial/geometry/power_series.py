@@ -47,10 +47,10 @@ def _multiply(x: Any, y: Any) -> Taylor:
 def _divide(x: Any, y: Any) -> Taylor:
     if not isinstance(y, Taylor):
         return Taylor(x.c / y)
-    return Taylor(taylor_quotient(_like(x, y), y.c))
+    return Taylor(taylor_quotient(_coefficients_like(x, y), y.c))
 
 
-def _like(x: Any, y: Taylor) -> Array:
+def _coefficients_like(x: Any, y: Taylor) -> Array:
     """Return the coefficients of x, a constant or a series, with the shape of y."""
     if isinstance(x, Taylor):
         return x.c
@@ -61,7 +61,7 @@ def _like(x: Any, y: Taylor) -> Array:
 
 def _add(x: Any, y: Any) -> Taylor:
     some = x if isinstance(x, Taylor) else y
-    return Taylor(_like(x, some) + _like(y, some))
+    return Taylor(_coefficients_like(x, some) + _coefficients_like(y, some))
 
 
 def _sqrt(x: Taylor) -> Taylor:
@@ -85,7 +85,7 @@ def _waves(sign: float, sine: Callable[[Array], Array], cosine: Callable[[Array]
 def _arctan2(y: Any, x: Any) -> Taylor:
     """(x dy - y dx) / (x^2 + y^2), integrated."""
     some = x if isinstance(x, Taylor) else y
-    a, b = _like(y, some), _like(x, some)
+    a, b = _coefficients_like(y, some), _coefficients_like(x, some)
     c = np.empty_like(b)
     c[0] = np.arctan2(a[0], b[0])
     if len(c) > 1:
