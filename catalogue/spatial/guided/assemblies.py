@@ -122,7 +122,7 @@ def assemblies(
     if method == "elimination":
         closed = closed_form(mechanisms, system, q)
         reason = closed.refused
-        there = _there(mechanisms, system, closed.owner, closed.state, q)
+        there = _is_assembly(mechanisms, system, closed.owner, closed.state, q)
         parts.append((closed.owner[there], closed.state[:, there], np.zeros(there.sum(), int), closed.double[there]))
     search = _Search(mechanisms, system, q, np.random.default_rng(seed))
     search.run(np.flatnonzero(good & (reason != "")), hits, np.where(reason == FREE, FEW, most))
@@ -132,7 +132,7 @@ def assemblies(
     owner, state = owner[order], np.concatenate([p[1] for p in parts], axis=1)[:, order]
     sub, here = system.take(owner), np.ones(len(owner), bool)
     at = reported(mechanisms[owner], sub, state, values[owner], here, search.starts[owner])
-    certain = _certified(sub, state, q[:, owner], owner, at.points / system.unit[owner, None, None])
+    certain = _is_certified(sub, state, q[:, owner], owner, at.points / system.unit[owner, None, None])
     return Assemblies(
         owner, at, count[order], certain, double[order], (reason == "") & good, reason, search.starts, search.fruitless
     )
@@ -166,12 +166,12 @@ class _Search:
             first = [self.first]
             for low in range(0, len(who), BLOCK):
                 block = slice(low, low + BLOCK)
-                new = _searched(self.mechanisms, self.system, who[block], self.q, self.draw)
+                new = _solve_random_starts(self.mechanisms, self.system, who[block], self.q, self.draw)
                 parts.append(new)
                 first.append(when[block][new[0]])
             owner, states = np.concatenate([p[1] for p in parts]), np.concatenate([p[2] for p in parts], axis=1)
             weight = np.concatenate([self.counts, np.ones(len(owner) - len(self.owner), int)])
-            one, self.counts = _distinct(self.system, owner, states, self.q, weight)
+            one, self.counts = _merge_equal(self.system, owner, states, self.q, weight)
             self.owner, self.states, self.first = owner[one], states[:, one], np.concatenate(first)[one]
             self.starts[some] += many
             number, rare = np.bincount(self.owner, minlength=n), np.full(n, hits)
@@ -181,7 +181,7 @@ class _Search:
             batch *= 2
 
 
-def _searched(
+def _solve_random_starts(
     mechanisms: Mechanisms, system: System, who: Array, q: Array, draw: np.random.Generator
 ) -> tuple[Array, Array, Array]:
     """Solve from random starts; return converged starts (r,), owners, states (4 + f, r)."""
@@ -198,11 +198,11 @@ def _searched(
     root = newton(sub, np.concatenate([turn / np.sqrt((turn**2).sum(0)), free]), q[:, who], STEPS)
     kept = np.flatnonzero(root.found)
     state, owner = root.state[:, kept], who[kept]
-    good = _there(mechanisms, system, owner, state, q)
+    good = _is_assembly(mechanisms, system, owner, state, q)
     return kept[good], owner[good], state[:, good]
 
 
-def _there(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q: Array) -> Array:
+def _is_assembly(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q: Array) -> Array:
     """Return a mask of assemblies: all points on their guides, none beyond an edge."""
     sub, q = system.take(owner), q[:, owner]
     local = sub.local(sub.world(state, q))
@@ -211,7 +211,7 @@ def _there(mechanisms: Mechanisms, system: System, owner: Array, state: Array, q
         return np.asarray(near & ~off_edge(mechanisms[owner], sub, local))
 
 
-def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Array) -> tuple[Array, Array]:
+def _merge_equal(system: System, owner: Array, states: Array, q: Array, weight: Array) -> tuple[Array, Array]:
     """Return one state of each group with equal points, and the summed weights."""
     if not len(owner):
         return owner, weight
@@ -230,7 +230,7 @@ def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Arr
     return first[order], np.bincount(inverse, weight).astype(int)[order]
 
 
-def _certified(system: System, state: Array, q: Array, owner: Array, points: Array) -> Array:
+def _is_certified(system: System, state: Array, q: Array, owner: Array, points: Array) -> Array:
     """Return a mask of roots proved by Newton-Kantorovich and distinct from the others."""
     now = system.evaluate(state, q)
     kappa, inverse = conditioning(now, np.ones(len(owner)))

@@ -83,7 +83,7 @@ class Rail:
 
 def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
     """Return all assemblies at the driver values q (k, n) in units."""
-    n, roles = len(system), _roles(mechanisms, system)
+    n, roles = len(system), _point_roles(mechanisms, system)
     if roles is None:
         return Closed(np.zeros(0, int), np.zeros((4 + system.free, 0)), np.zeros(0, bool), np.full(n, NOT_FIXED))
     first, second, third = roles
@@ -99,7 +99,7 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
         which, owner = np.nonzero(np.isfinite(on_rail.at))
         s, sub = on_rail.at[which, owner], system.take(owner)
         x2 = sub.origins[:, second] + (sub.frames[:, :, second] * rail.take(owner).at(s)).sum(1)
-        ring = _ring(sub, roles, x1[:, owner], x2)
+        ring = _circles(sub, roles, x1[:, owner], x2)
         on_ring, quadric = _on_surface(mechanisms[owner], sub, third, ring)
     refused = np.where(plain, "", NO_CURVE).astype("U90")
     refused[owner[~quadric]] = NO_QUADRIC
@@ -110,13 +110,13 @@ def closed_form(mechanisms: Mechanisms, system: System, q: Array) -> Closed:
     keep = np.flatnonzero((refused == "")[owner[of]])
     each, of = each[keep], of[keep]
     double = on_ring.double[each, of] | on_rail.double[which, owner][of]
-    turn = _turned(sub.take(of), roles, ring[:, :, of], on_ring.at[each, of])
+    turn = _rotation_of_triangle(sub.take(of), roles, ring[:, :, of], on_ring.at[each, of])
     state = np.concatenate([turn, np.broadcast_to(s[of], (system.free, len(of)))])
     who = owner[of]
-    return Closed(who, _mended(system.take(who), state, q[:, who]), double, refused)
+    return Closed(who, _correct(system.take(who), state, q[:, who]), double, refused)
 
 
-def _roles(mechanisms: Mechanisms, system: System) -> tuple[int, int, int] | None:
+def _point_roles(mechanisms: Mechanisms, system: System) -> tuple[int, int, int] | None:
     """Return the indices of the driven point and the points on curve and surface."""
     fixed = [d.slot.point for d in system.driven if d.column is None]
     curves = [d.slot.point for d in system.driven if d.column is not None]
@@ -132,7 +132,7 @@ def _local(system: System, point: int, world: Array) -> Array:
     return np.asarray((system.frames[:, :, point] * (world - system.origins[:, point])[:, None]).sum(0))
 
 
-def _ring(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> Array:
+def _circles(system: System, roles: tuple[int, int, int], x1: Array, x2: Array) -> Array:
     """Return the circles of the third points (4, 3, n): centre, two perpendicular radii, axis."""
     along, radius = _triangle(system, roles)[:2]
     axis = (x2 - x1) / np.sqrt(((x2 - x1) ** 2).sum(0))
@@ -168,7 +168,7 @@ def _on_surface(mechanisms: Mechanisms, system: System, point: int, ring: Array)
     return circle_and_surface(surface, centre, first, second, system.reach)
 
 
-def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Array) -> Array:
+def _rotation_of_triangle(system: System, roles: tuple[int, int, int], ring: Array, angle: Array) -> Array:
     """Return rotations (4, n) from the triangle in the body to the one in the world."""
     radius, body = _triangle(system, roles)[1:]
     out = (np.cos(angle) * ring[1] + np.sin(angle) * ring[2]) / radius
@@ -176,7 +176,7 @@ def _turned(system: System, roles: tuple[int, int, int], ring: Array, angle: Arr
     return quaternion((world[:, None] * body[None]).sum(2))
 
 
-def _mended(system: System, state: Array, q: Array) -> Array:
+def _correct(system: System, state: Array, q: Array) -> Array:
     """Correct states by Newton's method; keep those that it would move too far."""
     if not q.shape[1]:
         return state

@@ -82,21 +82,21 @@ def _made(mechanisms: Mechanisms) -> Fast | None:
         for d in system.driven
     ]
     bodies = k.Bodies(
-        _own(system.arms.T),
-        _own(system.frames.transpose(3, 2, 0, 1)),
-        _own(system.origins.T),
+        _writable_copy(system.arms.T),
+        _writable_copy(system.frames.transpose(3, 2, 0, 1)),
+        _writable_copy(system.origins.T),
         np.stack([numbers(g.kinds, g.which) for g in mechanisms.guides], axis=1),
         np.stack([numbers(d.slot.kinds, d.slot.which) for d in system.driven], axis=1),
         shapes,
-        _own(system.quadrics.T),
-        _own(system.reach),
+        _writable_copy(system.quadrics.T),
+        _writable_copy(system.reach),
     )
     base = system.driven[0].slot.point
     scales = k.Scales(
-        _own(system.unit),
-        _own(system.centre.T),
-        _own(system.unit / mechanisms.diameter),
-        _own(mechanisms.body[:, base]),
+        _writable_copy(system.unit),
+        _writable_copy(system.centre.T),
+        _writable_copy(system.unit / mechanisms.diameter),
+        _writable_copy(mechanisms.body[:, base]),
         units,
         smooth,
     )
@@ -104,7 +104,7 @@ def _made(mechanisms: Mechanisms) -> Fast | None:
     return Fast(k, plan, bodies, scales, k.work(plan, p, mechanisms.freedom), driver_units(mechanisms))
 
 
-def _own(v: Array) -> Array:
+def _writable_copy(v: Array) -> Array:
     """Return a contiguous, writable copy of doubles: the array type of the kernel."""
     return np.array(v, float, order="C")
 
@@ -133,5 +133,5 @@ def measured(fast: Fast, nodes: Array, states: Array, reached: Array, found: Seq
     `good` marks positions without a remark.
     """
     path, tests = plain(nodes / fast.units.T[:, None]), (CLOSED, LOST, AT_APEX)
-    given = fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests
+    given = fast.plan, fast.bodies, fast.scales, path, _writable_copy(nodes), states, reached, tests
     call(fast.kernel.measured, *given, fast.kernel.Measured(*found), fast.work)

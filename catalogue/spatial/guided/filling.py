@@ -61,13 +61,13 @@ def fill(curve: LineCurve, traces: Traces, sign: Array, who: Array, value: Array
     for low in range(0, len(value), TOGETHER):
         some = slice(low, low + TOGETHER)
         with np.errstate(all="ignore"):
-            states[some], good[some] = _corrected(
+            states[some], good[some] = _correct(
                 curve.take(who[some]), guess[some], value[some], sign[who[some]], limit[some]
             )
     return states, good
 
 
-def _corrected(curve: LineCurve, guess: Array, value: Array, sign: Array, limit: Array) -> tuple[Array, Array]:
+def _correct(curve: LineCurve, guess: Array, value: Array, sign: Array, limit: Array) -> tuple[Array, Array]:
     """Return states (m, numbers) at values of the drive, and a mask of reliable ones."""
     state, values, sub = guess[:, :-1].T.copy(), curve.q0 + value * curve.q1, curve.system
     sure, rest, at, before = np.zeros(len(value), bool), np.arange(len(value)), state, limit

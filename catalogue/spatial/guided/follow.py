@@ -100,24 +100,24 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
             walk.run()
             states[index], reached[index], reason[index] = walk.states, walk.reached, walk.reason
             end[index], steps[index] = walk.end, walk.steps
-    positions = _measured(mechanisms, fast, nodes, states, reached)
+    positions = _measure_states(mechanisms, fast, nodes, states, reached)
     if mechanisms.formulation != "pose":
         lost = (at := first_lost(mechanisms, positions)) < end
         end, reason = np.where(lost, at, end), np.where(lost, SINGULAR[mechanisms.formulation], reason)
         reached = np.where(lost, end.astype(int) + 1, reached)
         states[np.arange(nodes.shape[1]) >= reached[:, None]] = np.nan
-        positions = _measured(mechanisms, fast, nodes, states, reached) if lost.any() else positions
-    return Motion(positions, reached, reason, end, _on(nodes, end), steps)
+        positions = _measure_states(mechanisms, fast, nodes, states, reached) if lost.any() else positions
+    return Motion(positions, reached, reason, end, _interpolate_drivers(nodes, end), steps)
 
 
-def _on(nodes: Array, end: Array) -> Array:
+def _interpolate_drivers(nodes: Array, end: Array) -> Array:
     """Interpolate the drivers (n, k) at the ends of motions, `end` (n,) [nodes]."""
     every, one = np.arange(len(nodes)), np.minimum(end.astype(int), max(nodes.shape[1] - 2, 0))
     after = np.minimum(one + 1, nodes.shape[1] - 1)
     return np.asarray(nodes[every, one] + (end - one)[:, None] * (nodes[every, after] - nodes[every, one]))
 
 
-def _measured(
+def _measure_states(
     mechanisms: Mechanisms, fast: compiled.Fast | None, nodes: Array, states: Array, reached: Array
 ) -> Positions:
     """Return positions of stored states (n, s, 4 + f), mechanism by mechanism.
@@ -150,11 +150,11 @@ def _measured(
         index = left[low : low + MEASURED]
         i, j = np.divmod(index, s)
         some, system = mechanisms[i], System.of(mechanisms).take(i)
-        found.put(index, _reported(some, system, found.state[:, index], nodes[i, j]))
+        found.put(index, _close_and_report(some, system, found.state[:, index], nodes[i, j]))
     return found
 
 
-def _reported(mechanisms: Mechanisms, system: System, state: Array, values: Array) -> Positions:
+def _close_and_report(mechanisms: Mechanisms, system: System, state: Array, values: Array) -> Positions:
     """Return the positions in the states after steps.
 
     Newton's method corrects states with a residual, which strongly curved guides cause.

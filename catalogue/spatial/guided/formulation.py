@@ -38,7 +38,7 @@ SLENDER = 0.1
 
 def lost_at(mechanisms: Mechanisms, positions: Positions) -> Array:
     """Return why positions are singular for a formulation, shape (n,) of str."""
-    length = np.sqrt((_arcs(mechanisms, positions) ** 2).sum(-1)).min(0, initial=1)
+    length = np.sqrt((_vanishing_vectors(mechanisms, positions) ** 2).sum(-1)).min(0, initial=1)
     singular = positions.success & (length <= LOST)
     return np.where(singular, SINGULAR[mechanisms.formulation], undetermined(mechanisms)).astype("U90")
 
@@ -50,7 +50,7 @@ def first_lost(mechanisms: Mechanisms, positions: Positions) -> Array:
     """
     n = len(mechanisms)
     s = len(positions.success) // n
-    arcs = _arcs(mechanisms[np.repeat(np.arange(n), s)], positions).reshape(-1, n, s, 3)
+    arcs = _vanishing_vectors(mechanisms[np.repeat(np.arange(n), s)], positions).reshape(-1, n, s, 3)
     one, chord = arcs[:, :, :-1], np.diff(arcs, axis=2)
     with np.errstate(all="ignore"):
         part = np.clip(-(one * chord).sum(-1) / (chord * chord).sum(-1), 0, 1)
@@ -86,7 +86,7 @@ def _zeta(mechanisms: Mechanisms) -> Array:
     return np.asarray(zeta / np.sqrt((zeta * zeta).sum(0)))
 
 
-def _arcs(mechanisms: Mechanisms, positions: Positions) -> Array:
+def _vanishing_vectors(mechanisms: Mechanisms, positions: Positions) -> Array:
     """Return vectors (c, n, 3), one of which vanishes at a singularity.
 
     For Euler angles it is the horizontal part of zeta, rotated; for distances the tangents, in

@@ -86,7 +86,9 @@ class Mechanisms:
             raise InvalidLinkage("body and guides are of different numbers of mechanisms")
         object.__setattr__(self, "body", np.broadcast_to(body, (n, *body.shape[-2:])))
         object.__setattr__(self, "guides", tuple(g if len(g) == n else g[np.zeros(n, int)] for g in self.guides))
-        object.__setattr__(self, "drivers", tuple(_driver(one) for one in several("drivers", self.drivers, object)))
+        object.__setattr__(
+            self, "drivers", tuple(_parse_driver(one) for one in several("drivers", self.drivers, object))
+        )
         conditions = [{kind.conditions for kind in g.kinds} for g in self.guides]
         if any(len(c) > 1 for c in conditions):
             raise InvalidLinkage(
@@ -167,6 +169,6 @@ class Mechanisms:
         return selected
 
 
-def _driver(given: Any) -> tuple[int, str]:
+def _parse_driver(given: Any) -> tuple[int, str]:
     point, coordinate = pair("a driver", given, 'a point and a coordinate, such as (0, "u")')
     return whole("the point of a driver", point, 0), text("the coordinate of a driver", coordinate)

@@ -45,7 +45,7 @@ def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
     at = start.copy()
     now = sub.evaluate(at, values)
     step, length = _step(now)
-    part, before = _first(length), np.full(n, np.inf)
+    part, before = _first_factor(length), np.full(n, np.inf)
     for _ in range(steps):
         with np.errstate(invalid="ignore"):
             trial = moved(at, part * step, now.metric)
@@ -62,7 +62,7 @@ def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
         before = np.where(better, length, before)
         step, length = np.where(better, next_step, step), np.where(better, next_length, length)
         now = Equations(*(np.where(better, new, old) for new, old in zip(then, now, strict=True)))
-        part = np.where(better, _first(length), part / 2)
+        part = np.where(better, _first_factor(length), part / 2)
         if stop.any():
             done = np.flatnonzero(stop)
             state[:, who[done]] = at[:, done]
@@ -84,6 +84,6 @@ def _step(now: Equations) -> tuple[Array, Array]:
         return step, np.sqrt((step**2).sum(0))
 
 
-def _first(length: Array) -> Array:
+def _first_factor(length: Array) -> Array:
     with np.errstate(all="ignore"):
         return np.minimum(1, CAP / length)

@@ -159,16 +159,16 @@ def reported(
     world = system.world(state, q)
     local = system.local(world)
     residual = now.distance * ratio
-    coordinates = _located(mechanisms, system, state, values, local * system.unit)
+    coordinates = _locate(mechanisms, system, state, values, local * system.unit)
     reason = np.full(len(system), OK, dtype="U90")
     with np.errstate(invalid="ignore"):
         assembled = found & (now.distance <= ASSEMBLED * system.reach)
         reason[kappa > LOST] = SINGULAR
         reason[~assembled] = NO_ASSEMBLY
-        reason[~assembled & (_stationary(now) | (kappa > NEARLY_LOST))] = DEAD_POINT
+        reason[~assembled & (_is_stationary(now) | (kappa > NEARLY_LOST))] = DEAD_POINT
     uncharted = ~np.isfinite(coordinates[..., 0]).all(1)
     reason[assembled & uncharted] = EDGE
-    reason[_apex(mechanisms, local, system) < AT_APEX] = APEX
+    reason[_apex_distance(mechanisms, local, system) < AT_APEX] = APEX
     reason[(now.metric < AT_APEX).any(0)] = CHART
     reason[~charted(mechanisms, values)] = EDGE
     reason[~finite] = NOT_FINITE
@@ -191,7 +191,7 @@ def reported(
     )
 
 
-def _stationary(now: Equations) -> Array:
+def _is_stationary(now: Equations) -> Array:
     """Return a mask of states in which no small motion reduces the residual to first order."""
     slope = np.sqrt(((now.jacobian * now.residual[:, None]).sum(0) ** 2).sum(0))
     norms = np.sqrt((now.jacobian**2).sum((0, 1)) * (now.residual**2).sum(0))
@@ -277,7 +277,7 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> Array:
     return np.concatenate([fitted(np.moveaxis(mechanisms.body, 0, -1), world), free])
 
 
-def _located(mechanisms: Mechanisms, system: System, state: Array, values: Array, local: Array) -> Array:
+def _locate(mechanisms: Mechanisms, system: System, state: Array, values: Array, local: Array) -> Array:
     """Return u, w of all points from local points (3, p, n); keep driven and free coordinates."""
     n, p = mechanisms.body.shape[:2]
     out = np.empty((n, p, 2))
@@ -307,7 +307,7 @@ def off_edge(mechanisms: Mechanisms, system: System, local: Array) -> Array:
     return out
 
 
-def _apex(mechanisms: Mechanisms, local: Array, system: System) -> Array:
+def _apex_distance(mechanisms: Mechanisms, local: Array, system: System) -> Array:
     """Return distances (n,) to the nearest apex of an undriven point's guide, in units."""
     out = np.full(len(system), np.inf)
     for i in set(system.points):

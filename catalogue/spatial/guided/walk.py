@@ -75,14 +75,14 @@ class Walk:
         """Advance all mechanisms until each motion has ended."""
         who = np.arange(len(self.begin))
         while len(who):
-            who = self._advanced(who)
+            who = self._advance(who)
 
-    def _advanced(self, who: Array) -> Array:
+    def _advance(self, who: Array) -> Array:
         """Move mechanisms to the next corners of their paths; return those not ended."""
         begin, last = self.begin[who], self.path.shape[1] - 1
         ahead = self.stop[who] & (np.arange(last + 1) > begin[:, None])
         end = np.where(begin < last, ahead.argmax(1), last)
-        curve, y, at, width = self._line(who, begin, end)
+        curve, y, at, width = self._line_to_corner(who, begin, end)
         _, tangent, sign = newton_step(at[0], at[1], at[3], signed=True)
         own = np.where(self.sign[who] == 0, sign, self.sign[who])
         lost, self.sign[who] = (sign == 0) | (sign != own), own
@@ -94,7 +94,7 @@ class Walk:
         on = np.flatnonzero(~back & ~lost & (begin < last))
         fallen = np.flatnonzero(~back & lost & (begin < last))
         self.reason[who[fallen]] = np.where(sign == 0, STUCK, BRANCH)[fallen]
-        leapt = self._leapt(who, end, curve, y, tangent, width, on)
+        leapt = self._leap(who, end, curve, y, tangent, width, on)
         on = np.setdiff1d(on, leapt)
         if len(on):
             first = np.minimum(LIMITS.first, 1.02 * width[on] / tangent[on, -1])
@@ -105,7 +105,9 @@ class Walk:
         goes = np.concatenate([np.flatnonzero(back), leapt, on[self.reason[who[on]] == OK]])
         return np.asarray(who[np.sort(goes)])
 
-    def _line(self, who: Array, begin: Array, end: Array) -> tuple[LineCurve, Array, tuple[Array, ...], Array]:
+    def _line_to_corner(
+        self, who: Array, begin: Array, end: Array
+    ) -> tuple[LineCurve, Array, tuple[Array, ...], Array]:
         """Return curves to the next corners, states and equations at their beginning, lengths."""
         numbers, q0 = self.states[who, begin], self.path[who, begin].T
         step, system = self.path[who, end].T - q0, self.system.take(who)
@@ -116,7 +118,7 @@ class Walk:
         curve = LineCurve(system, q0, step / width)
         return curve, y, curve.by_rows(now, y), width
 
-    def _leapt(
+    def _leap(
         self, who: Array, end: Array, curve: LineCurve, y: Array, tangent: Array, width: Array, on: Array
     ) -> Array:
         """Try to reach the next corner in one step; return a mask of success."""
@@ -129,7 +131,7 @@ class Walk:
         accuracy = ACCURACY._replace(near=np.minimum(ACCURACY.near, 0.1 * h))
         with np.errstate(all="ignore"):
             found, good = corrected(lines, guess, width[some], accuracy)
-        good &= ~self._off(who[some], lines, found)
+        good &= ~self._is_off_edge(who[some], lines, found)
         i = who[some[good]]
         self.states[i, end[some[good]]], self.begin[i] = found[good, :-1], end[some[good]]
         self.steps[i] += 1
@@ -141,7 +143,7 @@ class Walk:
         last, reason = traces.last, np.where(traces.reason == tracing.TURNING, TURNING, traces.reason)
         reason[reason == tracing.LONG] = STUCK
         if self.bounded:
-            off = self._off(who[traces.who], curve.take(traces.who), traces.nodes.y)
+            off = self._is_off_edge(who[traces.who], curve.take(traces.who), traces.nodes.y)
             for i in np.unique(traces.who[off]):
                 last[i] = np.flatnonzero(off & (traces.who == i))[0]
                 reason[i] = EDGE
@@ -149,13 +151,13 @@ class Walk:
         count = end - begin
         of = np.repeat(np.arange(len(who)), count)
         node = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + begin[of] + 1
-        value = self._part(who[of], begin[of], end[of], node) * width[of]
+        value = self._fraction(who[of], begin[of], end[of], node) * width[of]
         found, good = np.full((len(of), len(curve.weight)), np.nan), np.zeros(len(of), bool)
         inside = np.flatnonzero(value <= stop[of])
         found[inside], good[inside] = fill(curve, traces, self.sign[who], of[inside], value[inside])
         doubt, edge = ~good & (value <= stop[of]), np.zeros(len(of), bool)
         if self.bounded and good.any():
-            edge[good] = self._off(who[of[good]], curve.take(of[good]), found[good])
+            edge[good] = self._is_off_edge(who[of[good]], curve.take(of[good]), found[good])
         bad = ~good | edge
         i = np.flatnonzero(good)
         self.states[who[of[i]], node[i]] = found[i, :-1]
@@ -178,14 +180,14 @@ class Walk:
         told[told == DOUBTFUL] = STUCK
         self.reason[i[~again]] = told[~again]
 
-    def _part(self, who: Array, begin: Array, end: Array, node: Array) -> Array:
+    def _fraction(self, who: Array, begin: Array, end: Array, node: Array) -> Array:
         """Return nodes of a path as fractions of the distance between two corners."""
         segment = self.path[who, end] - self.path[who, begin]
         with np.errstate(all="ignore"):
             part = ((self.path[who, node] - self.path[who, begin]) * segment).sum(1) / (segment * segment).sum(1)
         return np.where(node == end, 1.0, part)
 
-    def _off(self, who: Array, curve: LineCurve, y: Array) -> Array:
+    def _is_off_edge(self, who: Array, curve: LineCurve, y: Array) -> Array:
         """Return a mask of states (n, numbers) with a point beyond the edge of its guide."""
         if not self.bounded:
             return np.zeros(len(who), bool)
