@@ -51,10 +51,10 @@ def tables(given: Any, answer: int, file: str) -> dict[str, Any]:
         drivers = [(int(i), str(axis)) for i, axis in one["drivers"]]
         guides = [dict(guide) for guide in one["guides"]]
         shapes = [[float(g["shape"][k]) for k in KINDS[g["kind"]].parameters] for g in guides]
-        seats = [_seat(g, shape, at) for g, shape, at in zip(guides, shapes, start, strict=True)]
+        seats = [_locate_on_guide(g, shape, at) for g, shape, at in zip(guides, shapes, start, strict=True)]
         world = np.array([place for place, _ in seats])
-        shown = _shown(path.T, drivers, [found for _, found in seats], guides)
-        turn, shift = _placed(body, world)
+        shown = _driver_ranges(path.T, drivers, [found for _, found in seats], guides)
+        turn, shift = _fit_pose(body, world)
         ends = [f"{name(i, axis)}={a:.15g}:{b:.15g}" for (i, axis), (a, b) in zip(drivers, shown, strict=True)]
     except (KeyError, TypeError, ValueError, IndexError, InvalidRequest) as error:
         raise InvalidRequest(f"{file}: answer {answer} is no guided body: {error}") from None
@@ -92,7 +92,7 @@ def _is_guided(parameters: Any) -> bool:
     return isinstance(parameters, dict) and {"body", "guides", "drivers", "path", "start"} <= set(parameters)
 
 
-def _shown(path: Any, drivers: list[tuple[int, str]], located: Any, guides: list[dict[str, Any]]) -> Any:
+def _driver_ranges(path: Any, drivers: list[tuple[int, str]], located: Any, guides: list[dict[str, Any]]) -> Any:
     """Return start and end (k, 2) of the driving coordinates, angles in degrees.
 
     The start is the located one.  Angles of a chart are known up to half turns: a plane's distance
@@ -109,7 +109,7 @@ def _shown(path: Any, drivers: list[tuple[int, str]], located: Any, guides: list
     return out
 
 
-def _seat(guide: dict[str, Any], shape: list[float], at: Any) -> tuple[Any, tuple[float, ...]]:
+def _locate_on_guide(guide: dict[str, Any], shape: list[float], at: Any) -> tuple[Any, tuple[float, ...]]:
     """Return the position (3,) of a point on a guide, and its coordinates there."""
     placed = Guides(guide["kind"], shape, guide["origin"], guide["quaternion"])
     kind, _, parameters = placed.each()[0]
@@ -119,7 +119,7 @@ def _seat(guide: dict[str, Any], shape: list[float], at: Any) -> tuple[Any, tupl
     return placed.origin[0] + matrix(placed.quaternion.T)[:, :, 0] @ local[:, 0], found
 
 
-def _placed(body: Any, world: Any) -> tuple[Any, Any]:
+def _fit_pose(body: Any, world: Any) -> tuple[Any, Any]:
     """Fit the rotation and translation that carry points of the body to their positions."""
     turn = matrix(fitted(*(v.reshape(-1, 3, 1) for v in (body, world))))[:, :, 0]
     return turn, world.mean(0) - turn @ body.mean(0)

@@ -168,8 +168,8 @@ def kinematics(
             "recession": design[:, 0] - at.centre[0],
             "half track": np.abs(at.contact[1]),
         }
-        travelling, in_travel = _in_travel(motion, wheel, steer, also, at)
-        steering, in_steering = _in_steering(motion, wheel, steer, springs, also, at)
+        travelling, in_travel = _travel_columns(motion, wheel, steer, also, at)
+        steering, in_steering = _steering_columns(motion, wheel, steer, springs, also, at)
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
     unit, by = motion.mechanism.unit, unit_of(motion, steer) if steer else ""
     every = columns | in_travel | in_steering
@@ -242,7 +242,7 @@ def seat(motion: Motion, wheel: Wheel) -> Seat:
     return Seat(centre, n, contact, side, radius)
 
 
-def _in_travel(
+def _travel_columns(
     motion: Motion, wheel: Wheel, steer: Scalar | None, beside: Sequence[Scalar], at: Seat
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
@@ -264,7 +264,7 @@ def _in_travel(
     }
 
 
-def _in_steering(
+def _steering_columns(
     motion: Motion,
     wheel: Wheel,
     steer: Scalar | None,
@@ -275,7 +275,7 @@ def _in_steering(
     """Compute the columns of the steering axis with springs held, and the reason for NaN."""
     if steer is None:
         return "", {}
-    still = springs or _arms(motion, wheel.carrier) or [height(wheel)]
+    still = springs or _arm_joints(motion, wheel.carrier) or [height(wheel)]
     moved = seen(motion, wheel, at.centre, steer, still, beside)
     along, near, _ = axis_of(moved, at.centre)
     slope = along / along[2]
@@ -321,7 +321,7 @@ def seen(
     return moved._replace(velocity=moved.velocity * signs, spin=moved.spin * signs)
 
 
-def _arms(motion: Motion, carrier: str) -> list[Joint]:
+def _arm_joints(motion: Motion, carrier: str) -> list[Joint]:
     """Return the joints of arms on revolute joints that carry a wheel carrier by ball joints."""
     elements = motion.mechanism.elements
     balls = [x for x in elements if isinstance(x, Spherical) and carrier in (x.body, x.on)]

@@ -69,7 +69,7 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
     sided = {k for k, v in drives.items() if not v.get("once")}
 
     def of(table: Mapping[str, Any], side: str, mirrored: bool, kind: str = "") -> dict[str, Any]:
-        out = _mirrored(table, kind) if mirrored else dict(table)
+        out = _mirror_table(table, kind) if mirrored else dict(table)
         for field in BODIES:
             if isinstance(out.get(field), str) and out[field] not in shared:
                 out[field] = f"{side} {out[field]}"
@@ -88,11 +88,11 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
     for kind in SIDED:
         tables = given.get(kind, [])
         if tables and isinstance(tables, list) and all(isinstance(one, dict) for one in tables):
-            out[kind] = [_once(one) for one in tables if one.get("once")]
+            out[kind] = [_unsided(one) for one in tables if one.get("once")]
             out[kind] += [
                 of(one, side, mirrored, kind) for one in tables if not one.get("once") for side, mirrored in sides
             ]
-    out["drive"] = {k: _once(v) for k, v in drives.items() if k not in sided} | {
+    out["drive"] = {k: _unsided(v) for k, v in drives.items() if k not in sided} | {
         f"{side} {k}": of(v, side, mirrored, "drive")
         for k, v in drives.items()
         if k in sided
@@ -102,9 +102,9 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
         {**of(wheel, side, mirrored), "name": side, **({"side": side} if "side" in wheel else {})}
         for side, mirrored in sides
     ]
-    out["drive"] |= _pairs(out["drive"], [k for k, v in drives.items() if v.get("kind") == "travel"])
+    out["drive"] |= _heave_and_roll(out["drive"], [k for k, v in drives.items() if v.get("kind") == "travel"])
     if "reading" in out:
-        out["reading"] = list(_readings(out["reading"], out["drive"]))
+        out["reading"] = list(_both_readings(out["reading"], out["drive"]))
     return out
 
 
@@ -113,17 +113,17 @@ def one_side(given: Mapping[str, Any]) -> dict[str, Any]:
     out = {k: v for k, v in given.items() if k not in ("both", "shared")}
     for kind in SIDED:
         if isinstance(out.get(kind), list):
-            out[kind] = [_once(one) if isinstance(one, dict) else one for one in out[kind]]
+            out[kind] = [_unsided(one) if isinstance(one, dict) else one for one in out[kind]]
     if isinstance(out.get("drive"), dict):
-        out["drive"] = {k: _once(v) if isinstance(v, dict) else v for k, v in out["drive"].items()}
+        out["drive"] = {k: _unsided(v) if isinstance(v, dict) else v for k, v in out["drive"].items()}
     return out
 
 
-def _once(table: Mapping[str, Any]) -> dict[str, Any]:
+def _unsided(table: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in table.items() if k != "once"}
 
 
-def _mirrored(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
+def _mirror_table(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """Reflect points and directions of a table at y = 0.
 
     Axes of rotation keep their sense of rotation as seen from their own side.
@@ -132,9 +132,9 @@ def _mirrored(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
     for field, value in table.items():
         if field in (*PLACES, *DIRECTIONS, "force") and isinstance(value, list):
             turns = (kind in TURNING and field == "axis") or field == "about"
-            out[field] = _reflected(value, -1.0 if turns else 1.0)
+            out[field] = _reflect(value, -1.0 if turns else 1.0)
         elif field == "moment" and isinstance(value, list):
-            out[field] = _reflected(value, -1.0)
+            out[field] = _reflect(value, -1.0)
         elif field in DIRECTIONS and value == "y":
             out[field] = [0.0, -1.0, 0.0]
         elif field == "lead":
@@ -144,13 +144,13 @@ def _mirrored(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
     return out
 
 
-def _reflected(value: list[Any], sign: float) -> list[Any]:
+def _reflect(value: list[Any], sign: float) -> list[Any]:
     if len(value) != 3:
         raise InvalidRequest(f"{quoted(value)} is no point of one wheel: both sides need x, y, z")
     return [sign * value[0], -sign * value[1], sign * value[2]]
 
 
-def _pairs(drives: Mapping[str, Any], travels: Iterable[str]) -> dict[str, Any]:
+def _heave_and_roll(drives: Mapping[str, Any], travels: Iterable[str]) -> dict[str, Any]:
     """Return drives ``heave`` and ``roll`` of the first travel, unless such names exist."""
     first = next((name for name in travels if f"left {name}" in drives), None)
     if first is None:
@@ -162,7 +162,7 @@ def _pairs(drives: Mapping[str, Any], travels: Iterable[str]) -> dict[str, Any]:
     }
 
 
-def _readings(tables: Iterable[dict[str, Any]], drives: dict[str, Any]) -> Iterable[dict[str, Any]]:
+def _both_readings(tables: Iterable[dict[str, Any]], drives: dict[str, Any]) -> Iterable[dict[str, Any]]:
     """Yield readings; for those with `difference`, also the difference of both sides."""
     for table in tables:
         name = table.pop("difference", "")

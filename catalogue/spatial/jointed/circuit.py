@@ -77,7 +77,7 @@ class Circuit:
 
         They are evenly spaced in the angle of a crank that turns fully, else in arc length.
         """
-        many, mechanism = _repeated(self.curve, whole("count", count, 1, MOST_POSES)), self.mechanism
+        many, mechanism = _repeat(self.curve, whole("count", count, 1, MOST_POSES)), self.mechanism
         if len(mechanism.system().points) > 1:
             mechanism = mechanism.one(self.number)
         if self.crank:
@@ -93,7 +93,7 @@ class Circuit:
         return Motion(mechanism, self.curve, self.driven, self.held, value, y[None], ((None, None),))
 
 
-def _repeated(curve: Curve, count: int) -> Curve:
+def _repeat(curve: Curve, count: int) -> Curve:
     return curve.take(np.zeros(count, int))
 
 
@@ -101,9 +101,9 @@ def circuits(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: 
     """Return the circuits through states y (n, numbers)."""
     _, j, _, by = curve.selected(y)(y)
     tangent, _, _ = tangents(j, by)
-    found = _around(curve, y, tangent)
+    found = _follow_closed(curve, y, tangent)
     open_ = np.flatnonzero([not closed for _, closed in found])
-    back = _around(curve.take(open_), y[open_], -tangent[open_]) if len(open_) else []
+    back = _follow_closed(curve.take(open_), y[open_], -tangent[open_]) if len(open_) else []
     other = {int(i): trace for i, (trace, _) in zip(open_, back, strict=True)}
     return [
         _circuit(mechanism, curve.take(np.array([i])), trace, other.get(i), drive, held, i)
@@ -131,7 +131,7 @@ def _circuit(
         trace.slope[[0, -1]] = 0.0
     turns = np.flatnonzero(np.sign(trace.slope[:-1]) * np.sign(trace.slope[1:]) < 0)
     if len(turns):
-        passed = dead_points(_repeated(curve, len(turns)), trace.take(turns), trace.take(turns + 1))
+        passed = dead_points(_repeat(curve, len(turns)), trace.take(turns), trace.take(turns + 1))
         dead += (passed.drive * unit).tolist()
     gained = trace.drive[-1] - trace.drive[0]
     crank = closed and not dead and abs(abs(gained) - 2 * np.pi) < 1e-3 and unit == 1.0
@@ -141,7 +141,7 @@ def _circuit(
     return Circuit(mechanism, curve, drive, held, trace, closed, crank, limits, np.array(dead), length, reason, i)
 
 
-def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
+def _follow_closed(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
     """Follow curves until each closes, branches or becomes too long; return traces and closure."""
     march = March(curve, y, tangent)
     first = signature(curve, y)
@@ -160,7 +160,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
         behind[who] = np.where(good, ahead, behind[who])
         for k in np.flatnonzero(near):
             i = int(who[k])
-            closing = _closed(curve.take(np.array([i])), march.trace(i), first[i], away[i], float(step[k]))
+            closing = _end_at_start(curve.take(np.array([i])), march.trace(i), first[i], away[i], float(step[k]))
             if closing is not None:
                 done[i] = closing
         march.end(np.isin(who, list(done)))
@@ -169,7 +169,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
     return [(done[i], True) if i in done else (ended[i], False) for i in range(len(y))]
 
 
-def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:
+def _end_at_start(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:
     """End a trace at its first pose if its last step passes it."""
 
     def ahead(s: float) -> float:
@@ -179,10 +179,10 @@ def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) 
     s = float(brentq(ahead, low, high, xtol=1e-14)) if ahead(low) < 0 < ahead(high) else (low + high) / 2
     y_near, _, _ = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
     apart = signature(curve, y_near)[0] - first
-    return _closing(curve, trace, s) if np.sqrt(apart @ apart) < CLOSED * step else None
+    return _closed_trace(curve, trace, s) if np.sqrt(apart @ apart) < CLOSED * step else None
 
 
-def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
+def _closed_trace(curve: Curve, trace: Trace, s: float) -> Trace:
     """Return a closed trace that ends at its first node.
 
     Angles may differ there by whole turns, quaternions by the sign.

@@ -43,7 +43,7 @@ def plan(system: System) -> Any:
         for one in zip(p.bodies, p.on, p.unknown, p.number, p.point, p.direction, strict=True)
     ]
     lead = [v for p in system.placed for v in p.lead or (0.0,) * len(p.bodies)]
-    scalars, moves, weights, stated = _scalars(system)
+    scalars, moves, weights, stated = _scalar_rows(system)
     held = system.rows + stated[:-1]
     whole = (system.ends, system.vectors, system.distances, system.offsets, system.angles, system.idle)
     return k.Plan(
@@ -74,7 +74,7 @@ def fast(system: System) -> Fast | None:
     return k, plan, k.Geometry(*map(plain, given)), k.work(plan, system.numbers)
 
 
-def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
+def _scalar_rows(system: System) -> tuple[Array, Array, list[float], Array]:
     """Return scalars in the form of `kernel.read`, (k, 5) integers, sums after their parts.
 
     Besides: the mask (k, m) of the unknowns that move each, the weights of all sums, and the rows
@@ -85,17 +85,17 @@ def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
     for scalar, moved in zip(system.scalars, system.moves[system.rows :], strict=True):
         if isinstance(scalar, SumFunction):
             total = (4, len(rows), len(scalar.parts), len(weights), int(scalar.periodic))
-            rows += [*map(_scalar, scalar.parts), total]
+            rows += [*map(_scalar_row, scalar.parts), total]
             moves.append(scalar.moves)
             weights += scalar.weights
         else:
-            rows.append(_scalar(scalar))
+            rows.append(_scalar_row(scalar))
         moves.append(moved[None])
         stated.append(len(rows) - 1)
     return np.array(rows, np.int64).reshape(-1, 5), np.concatenate(moves), weights, np.array(stated, np.int64)
 
 
-def _scalar(s: ScalarFunction) -> tuple[int, ...]:
+def _scalar_row(s: ScalarFunction) -> tuple[int, ...]:
     """Return the kind of a scalar, its integer parameters, and whether it is periodic."""
     if isinstance(s, CoordinateFunction):
         return 0, s.number, s.unknown, 0, 0

@@ -37,7 +37,7 @@ class Curve(continuation.Curve):
         """Return the curves with independent conditions selected anew in states (n, numbers)."""
         if not self.system.redundant:
             return self
-        jacobian = self._every(y)[1][:, : self.system.rows]
+        jacobian = self._evaluate_all(y)[1][:, : self.system.rows]
         return replace(self, rows=pivots(jacobian, len(self.system.use)))
 
     weight = property(attrgetter("system.weight"))
@@ -53,13 +53,13 @@ class Curve(continuation.Curve):
 
     def jacobian(self, y: Array) -> Array:
         """Return the Jacobian of all conditions and scalars, (n, c + k, m)."""
-        return self._every(y)[1]
+        return self._evaluate_all(y)[1]
 
     def values(self, y: Array) -> Array:
         """Return the values of all scalars, (n, k), without dimensions."""
-        return self._every(y)[0][:, self.system.rows :]
+        return self._evaluate_all(y)[0][:, self.system.rows :]
 
-    def _every(self, y: Array) -> tuple[Array, Array]:
+    def _evaluate_all(self, y: Array) -> tuple[Array, Array]:
         """Evaluate all residuals and scalars (n, c + k) and their Jacobian."""
         if self.system.fast:
             return compiled.evaluate(self.system.fast, y)
@@ -81,7 +81,7 @@ class Curve(continuation.Curve):
     def _independent(self, y: Array) -> tuple[Array, Array, Array]:
         """Evaluate independent conditions, scalars, and the Jacobian of both."""
         rows = self.system.rows
-        both, jacobian = self._every(y)
+        both, jacobian = self._evaluate_all(y)
         f, values = both[:, :rows], both[:, rows:]
         if self.system.redundant:
             use = np.broadcast_to(self.system.use, (len(y), len(self.system.use))) if self.rows is None else self.rows

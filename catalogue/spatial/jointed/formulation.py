@@ -71,8 +71,8 @@ class Formulation:
         idle = idle_rotations(self.loops, self.placed, {self.tree.body(body, "drive") for body in spun})
         scalars = tuple(scalar_function(s, self) for s in self.scalars)
         conditions = [*self.loops.distances, *self.loops.offsets, *self.loops.angles]
-        guides, on_guides = self._on_guides(len(conditions))
-        conditions += [*on_guides, *(self._named(c) for c in idle)]
+        guides, on_guides = self._points_on_guides(len(conditions))
+        conditions += [*on_guides, *(self._name_condition(c) for c in idle)]
         rows, moves = len(conditions), self.moves([c.bodies for c in conditions] + [s.bodies for s in scalars])
         n = self.points.batch()
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points.points], axis=1)
@@ -86,11 +86,11 @@ class Formulation:
             sum(NUMBERS[p.joint_kind] for p in self.placed),
             _columns(self.points.ends),
             _columns(self.points.vectors),
-            _parts(self.loops.distances, 2),
-            _parts(self.loops.offsets, 3),
-            _parts(self.loops.angles, 2),
+            _parts_array(self.loops.distances, 2),
+            _parts_array(self.loops.offsets, 3),
+            _parts_array(self.loops.angles, 2),
             guides,
-            _parts(idle, 1),
+            _parts_array(idle, 1),
             moves,
             rows,
             scalars,
@@ -108,11 +108,11 @@ class Formulation:
         """Place all bodies on their joints; number the unknowns and the state entries."""
         unknown, number = 0, 0
         for i in range(1, len(self.tree.bodies)):
-            kind, on, at, direction, guide, lead = self._joint(i)
+            kind, on, at, direction, guide, lead = self._carrying_joint(i)
             self.placed.append(Placed(kind, [i], [on], [unknown], [number], [at], [direction], guide, lead))
             unknown, number = unknown + UNKNOWNS[kind], number + NUMBERS[kind]
 
-    def _joint(self, i: int) -> tuple[int, int, int, int, LocatedGuide | None, tuple[float, ...]]:
+    def _carrying_joint(self, i: int) -> tuple[int, int, int, int, LocatedGuide | None, tuple[float, ...]]:
         """Return the joint that carries body i: kind, base body, point, direction, guide, lead."""
         name = self.tree.bodies[i]
         x = self.tree.carrier[name]
@@ -127,7 +127,7 @@ class Formulation:
         lead = turn / (2 * np.pi * self.unit)
         return KINDS[type(x)], self.tree.body(x.on, name), at, direction, None, (lead,) if lead else ()
 
-    def _on_guides(self, row: int) -> tuple[tuple[OnKind, ...], list[Condition]]:
+    def _points_on_guides(self, row: int) -> tuple[tuple[OnKind, ...], list[Condition]]:
         """Return points on guides, with rows counted from `row`, and their conditions."""
         guides, conditions = [], []
         for end, on, x in self.loops.on_guides:
@@ -138,7 +138,7 @@ class Formulation:
             row += count
         return tuple(guides), conditions
 
-    def _named(self, idle: Condition) -> Condition:
+    def _name_condition(self, idle: Condition) -> Condition:
         """Return the condition that suppresses an idle rotation, with its name."""
         return idle._replace(name=f"idle rotation of {self.tree.bodies[idle.bodies[1]]}")
 
@@ -162,6 +162,6 @@ def _columns(pairs: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
     return [first for first, _ in pairs], [second for _, second in pairs]
 
 
-def _parts(conditions: Sequence[Condition], size: int) -> Array:
+def _parts_array(conditions: Sequence[Condition], size: int) -> Array:
     """Return ends and vectors of conditions, shape (size, rows)."""
     return np.array([c.parts for c in conditions], int).reshape(-1, size).T

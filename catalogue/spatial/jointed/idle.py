@@ -37,7 +37,7 @@ def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collect
             continue
         if p.joint_kind == CYLINDRICAL and not sliding and points.of(body):
             line = points.points[p.point[0]][0], _vector(points, p.direction[0])
-            if _straight(points, points.of(body), *line):
+            if _is_straight(points, points.of(body), *line):
                 out.append(_kept(points, body, on, p.direction[0]))
         elif p.joint_kind == FREE and points.of(body):
             carriers = loops.turned | {r.on[0] for r in placed}
@@ -46,8 +46,8 @@ def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collect
             every += [q.point[0] for q in sliding if q.joint_kind == CYLINDRICAL]
             far = max(every, key=lambda end: float(np.abs(points.points[end][0] - points.points[every[0]][0]).max()))
             line = points.points[every[0]][0], points.points[far][0] - points.points[every[0]][0]
-            along = all(_parallel(_vector(points, q.direction[0]), line[1]) for q in sliding)
-            if telescope and along and line[1].any() and _straight(points, every, *line):
+            along = all(_is_parallel(_vector(points, q.direction[0]), line[1]) for q in sliding)
+            if telescope and along and line[1].any() and _is_straight(points, every, *line):
                 out.append(_kept(points, body, 0, points.between(every[0], far)))
     return out
 
@@ -63,12 +63,12 @@ def _vector(points: HardPoints, direction: int) -> Array:
     return np.asarray(v)
 
 
-def _parallel(one: Array, other: Array) -> bool:
+def _is_parallel(one: Array, other: Array) -> bool:
     off = np.cross(one, other)
     return bool(off @ off <= STRAIGHT**2 * (one @ one) * (other @ other))
 
 
-def _straight(points: HardPoints, ends: Sequence[int], at: Array, along: Array) -> bool:
+def _is_straight(points: HardPoints, ends: Sequence[int], at: Array, along: Array) -> bool:
     """Return whether hard points of a batch's first mechanism are on a line."""
     apart = np.stack([points.points[end][0] for end in ends]) - at
     off = np.cross(apart, along / (np.sqrt(along @ along) or 1.0))

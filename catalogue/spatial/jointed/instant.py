@@ -66,7 +66,7 @@ def instant(
     Instant
     """
     system, twists = motion.curve.system, motion.twists()[:, motion.body_number(body)]
-    rates, reason = _along(motion, twists, moving, still, what)
+    rates, reason = _rates_along(motion, twists, moving, still, what)
     unit = system.unit / motion.function(moving)[0].unit
     twist = rates.T * unit
     local = at / system.unit - (system.centre / system.unit)[:, None]
@@ -83,7 +83,7 @@ def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar
     reason : str
     """
     units = [motion.function(s)[0].unit for s in (scalar, moving)]
-    rate, reason = _along(motion, gradient(motion, scalar)[:, None], moving, still, title(scalar))
+    rate, reason = _rates_along(motion, gradient(motion, scalar)[:, None], moving, still, title(scalar))
     return rate[:, 0] * (units[0] / units[1]), reason
 
 
@@ -95,16 +95,18 @@ def value(motion: Motion, scalar: Scalar) -> Array:
         k = stated.index(identity(scalar))
         return np.asarray(curve.values(y)[:, k] * curve.system.scalars[k].unit)
     function, points = _function(motion, scalar)
-    x, d = _attached(motion, points)
+    x, d = _place_attached(motion, points)
     return np.asarray(function.value(x[None], d[None], y[None])[0] * function.unit)
 
 
-def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
+def _rates_along(
+    motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str
+) -> tuple[Array, str]:
     """Compute rates (n, r) of readings (n, r, f) per unit of a scalar, `still` held.
 
     Return the rates, and the reason for any NaN.
     """
-    quick = _chosen_by_names(motion, moving, still)
+    quick = _rates_by_names(motion, moving, still)
     if quick is not None:
         return np.asarray(quick(readings)), ""
     rows = np.stack([gradient(motion, s) for s in (moving, *still, *motion.mechanism.couplings)], axis=1)
@@ -115,7 +117,7 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
     if moves.any():
         some = slice(None) if moves.all() else np.flatnonzero(moves)
         scaled = rows[some] / np.where(size[some] > RANK, size[some], 1)[..., None]
-        rate[some], moves[some], free = _chosen(scaled, 1 / size[some, 0])
+        rate[some], moves[some], free = _solve_rates(scaled, 1 / size[some, 0])
         if free is not None:
             strays = np.sqrt(((readings[some] @ free) ** 2).sum((1, 2)))
             stray[some] = strays > RANK * np.sqrt((readings[some] ** 2).sum((1, 2)))
@@ -129,7 +131,7 @@ def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scal
     return (readings @ rate[..., None])[..., 0], reason
 
 
-def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> Callable[[Array], Array] | None:
+def _rates_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> Callable[[Array], Array] | None:
     """Return a function from readings (n, r, f) to rates (n, r) without a rank decision.
 
     Each scalar of the motion fixes its own freedom.  One other scalar may fix the last freedom if
@@ -167,7 +169,7 @@ def _chosen_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) ->
     return read
 
 
-def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
+def _solve_rates(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
     """Solve unit rows (n, k, f) for rates (n, f) that change the first row only.
 
     Besides: a mask of feasible rates, and a projector on the rates that remain free.
@@ -183,16 +185,16 @@ def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
         own = rows if k == f else rows[:, [0, *best]]
         if (np.abs(np.linalg.det(own)) > REGULAR).all():
             rate = np.linalg.inv(own)[:, :, 0] * first[:, None]
-            return rate, _meets(rows, rate, goal), None
+            return rate, _meets_goals(rows, rate, goal), None
     u, s, v = np.linalg.svd(rows, full_matrices=False)
     keep = s > RANK
     share = np.where(keep, u[:, 0] / np.where(keep, s, 1), 0.0)
     rate = (share[:, None] @ v)[:, 0] * first[:, None]
     free = np.eye(f) - np.swapaxes(v, 1, 2) @ (keep[..., None] * v)
-    return rate, _meets(rows, rate, goal), free
+    return rate, _meets_goals(rows, rate, goal), free
 
 
-def _meets(rows: Array, rate: Array, goal: Array) -> Array:
+def _meets_goals(rows: Array, rate: Array, goal: Array) -> Array:
     """Return whether rates meet the goals of all rows."""
     return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK * goal[:, 0])
 
@@ -213,7 +215,7 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
     twist = motion.twists()[:, second]
     if first:
         twist = twist - motion.twists()[:, first]
-    return np.asarray(np.einsum("ni,nif->nf", function.wrench(*_attached(motion, points)), twist))
+    return np.asarray(np.einsum("ni,nif->nf", function.wrench(*_place_attached(motion, points)), twist))
 
 
 def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
@@ -227,7 +229,7 @@ def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoint
     return motion.function(scalar)
 
 
-def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:
+def _place_attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:
     """Return dimensionless points (n s, e, 3) and directions (n s, v, 3) in all poses."""
     system = motion.curve.system
     rotation, shift = (v[0] for v in motion.poses())

@@ -161,7 +161,7 @@ class Job:
         """Tabulate all readings of the file, one row per pose."""
         instance("motion", motion, Motion)
         unit = self.mechanism.unit
-        parts = [self._index(motion)]
+        parts = [self._drive_index(motion)]
         for point in self.points:
             x = motion.point(point["body"], point["at"])
             name = point.get("name", point["body"])
@@ -177,7 +177,7 @@ class Job:
             parts.append(
                 transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
             )
-        parts += self._wheels(motion)
+        parts += self._tabulate_wheels(motion)
         if self.loads:
             parts.append(reactions(motion, self.loads))
         whole = pd.concat([part.reset_index(drop=True) for part in parts], axis=1)
@@ -206,15 +206,15 @@ class Job:
         name = found
         return sensitivities(motion, lambda moved: self.table(moved)[name].to_numpy())
 
-    def _wheels(self, motion: Motion) -> list[pd.DataFrame]:
+    def _tabulate_wheels(self, motion: Motion) -> list[pd.DataFrame]:
         """Tabulate each wheel, with names if there are several, and the axle of two."""
         out, unit = [], self.mechanism.unit
         for one in self.wheels:
             springs = [self.drive(name) for name in one.spring]
-            tables = [kinematics(motion, one.wheel, self._steer(one), springs, self._roll())]
+            tables = [kinematics(motion, one.wheel, self._steer(one), springs, self._roll_scalars())]
             if self.vehicle:
                 tables.append(supported(self.vehicle, tables[0], unit))
-            out += [_headed(table, one.name if len(self.wheels) > 1 else "") for table in tables]
+            out += [_prefix_columns(table, one.name if len(self.wheels) > 1 else "") for table in tables]
         rolled, name = (out[0], heading("roll centre", unit)) if len(self.wheels) == 1 else (None, "")
         if len(self.wheels) == 2:
             base = self.vehicle.wheelbase if self.vehicle else None
@@ -230,7 +230,7 @@ class Job:
             out.append(table)
         return out
 
-    def _roll(self) -> list[Any]:
+    def _roll_scalars(self) -> list[Any]:
         """Return the difference of both travels of an axle, held in heave."""
         if len(self.wheels) != 2:
             return []
@@ -255,7 +255,7 @@ class Job:
             other = height(self.wheels[1].wheel)
             moving, still = moving - other, [(moving + other) / 2, *still]
         rate, reason = ratio(motion, scalar, moving, still)
-        more = [*still, *(motion.held if reading.wheel == "both" else self._roll() or motion.held)]
+        more = [*still, *(motion.held if reading.wheel == "both" else self._roll_scalars() or motion.held)]
         if reason and len(more) > len(still):
             rate, reason = ratio(motion, scalar, moving, more)
         name = f"{reading.name} ratio [{unit}/{length}]"
@@ -263,7 +263,7 @@ class Job:
         table.attrs["reasons"] = {name: reason} if reason else {}
         return table
 
-    def _index(self, motion: Motion) -> pd.DataFrame:
+    def _drive_index(self, motion: Motion) -> pd.DataFrame:
         """Return the values of the drives; several are headed by their names in the file."""
         if not motion.others:
             return pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})
@@ -276,7 +276,7 @@ class Job:
         return index
 
 
-def _headed(table: pd.DataFrame, name: str) -> pd.DataFrame:
+def _prefix_columns(table: pd.DataFrame, name: str) -> pd.DataFrame:
     """Put the name of a wheel before its columns."""
     if not name:
         return table

@@ -78,15 +78,15 @@ class LoopClosure:
         elif isinstance(x, e.KeepAngle):
             a, b = self.tree.pair(x)
             one, other = self.points.direction(x.axis_a, label(x)), self.points.direction(x.axis_b, label(x))
-            self._keep_angle(label(x), (a, one), (b, other))
+            self._add_angle(label(x), (a, one), (b, other))
         elif isinstance(x, e.OnGuide):
             self._add_guide(x)
         elif isinstance(x, e.Spherical | e.Universal):
             body, on = self.tree.pair(x)
-            self._coincide(label(x), self.points.point(x.at, f"{label(x)}.at"), on, body, self._world())
+            self._add_coincidence(label(x), self.points.point(x.at, f"{label(x)}.at"), on, body, self._world())
             if isinstance(x, e.Universal):
                 one, other = (self.points.direction(v, f"{label(x)}.axis") for v in (x.axis_on, x.axis))
-                self._keep_angle(label(x), (on, one), (body, other))
+                self._add_angle(label(x), (on, one), (body, other))
         elif not self.tree.carries(x):
             self._add_joint(x)
 
@@ -105,7 +105,7 @@ class LoopClosure:
         body, on = self.tree.pair(x)
         p = self.points.point(x.at, f"{label(x)}.at")
         if x.name and x.name in self.charted:
-            self._coincide(label(x), p, self.tree.add(f"{x.name} (point)", x), body, self._world())
+            self._add_coincidence(label(x), p, self.tree.add(f"{x.name} (point)", x), body, self._world())
         else:
             self.on_guides.append((self.points.end(body, p), on, x))
             self.turned.add(on)
@@ -117,19 +117,19 @@ class LoopClosure:
         p, axis = self.points.axis(x)
         components, turns = CLOSING[type(x)]
         direction = dict(zip("apq", (axis, *self.points.across(axis)), strict=True))
-        self._coincide(label(x), p, on, body, [direction[k] for k in components])
+        self._add_coincidence(label(x), p, on, body, [direction[k] for k in components])
         self.facing.append((self.points.vector(on, axis), self.points.vector(body, axis)))
         if "a" in turns:
             same = direction["p"]
             self.facing.append((self.points.vector(on, same), self.points.vector(body, same)))
         for k in turns:
             other, mine = (direction["p"], direction["q"]) if k == "a" else (axis, direction[k])
-            self._keep_angle(label(x), (on, other), (body, mine))
+            self._add_angle(label(x), (on, other), (body, mine))
 
     def _world(self) -> list[int]:
         return [self.points.direction(v, k) for k, v in e.DIRECTIONS.items()]
 
-    def _coincide(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
+    def _add_coincidence(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
         """Add conditions that two hard points coincide along directions of one body."""
         if len(along) < len(e.DIRECTIONS):
             self.turned.add(on)
@@ -137,7 +137,7 @@ class LoopClosure:
             parts = self.points.end(on, p), self.points.end(body, p), self.points.vector(on, d)
             self.offsets.append(Condition(parts, (on, body), name))
 
-    def _keep_angle(self, name: str, one: tuple[int, int], other: tuple[int, int]) -> None:
+    def _add_angle(self, name: str, one: tuple[int, int], other: tuple[int, int]) -> None:
         """Add the condition that two directions, each (body, direction), keep their angle."""
         parts = self.points.vector(*one), self.points.vector(*other)
         self.turned |= {one[0], other[0]}

@@ -80,7 +80,7 @@ class Motion:
     @property
     def success(self) -> Array:
         """Whether a pose exists, shape (s,) or (n, s)."""
-        return self._shaped(np.isfinite(self.states).all(-1).reshape(-1))
+        return self._split_batch(np.isfinite(self.states).all(-1).reshape(-1))
 
     @property
     def drives(self) -> tuple[Scalar, ...]:
@@ -109,7 +109,7 @@ class Motion:
         """
         from .instant import value
 
-        return self._shaped(value(self, instance("scalar", scalar, Scalar)))
+        return self._split_batch(value(self, instance("scalar", scalar, Scalar)))
 
     def ratio(self, scalar: Scalar, moving: Scalar, still: Sequence[Scalar] = ()) -> Array:
         """Return the motion ratio of two scalars, (s,), while other scalars are held.
@@ -131,7 +131,7 @@ class Motion:
         rates, reason = ratio(self, scalar, moving, several("still", still, Scalar))
         if reason and not np.isfinite(rates).any():
             raise InvalidRequest(reason)
-        return self._shaped(rates)
+        return self._split_batch(rates)
 
     def by(self, scalar: Scalar) -> Motion:
         """Return this motion with derivatives by one of its scalars, all others held.
@@ -151,7 +151,7 @@ class Motion:
             raise InvalidRequest(f"{title(scalar)} neither drives nor is held in this motion")
         k = names.index(identity(scalar))
         row = np.eye(len(names))[k]
-        return replace(self, law=(row[None, None], self.curve.system.scalars[k].unit), _cache=self._still())
+        return replace(self, law=(row[None, None], self.curve.system.scalars[k].unit), _cache=self._pose_cache())
 
     def in_time(self, rates: Any) -> Motion:
         """Return this motion with derivatives by time, for laws of its drives.
@@ -175,24 +175,24 @@ class Motion:
         for k in range(given.shape[1]):
             law[k, :, len(units) - d :] = given[:, k] / factorial(k + 1)
         law = np.tile(law / units, (1, len(self.states) if given.shape[0] > 1 else 1, 1))
-        return replace(self, law=(law, 1.0), _cache=self._still())
+        return replace(self, law=(law, 1.0), _cache=self._pose_cache())
 
     @property
-    def _fast(self) -> bool:
+    def _is_compiled(self) -> bool:
         return self.curve.system.fast is not None
 
-    def _still(self) -> dict[Any, Any]:
+    def _pose_cache(self) -> dict[Any, Any]:
         """Return the cached values that depend on the poses only."""
         return {k: v for k, v in self._cache.items() if k in ("inverse", "basis", "twists", "stated", ("poses", 0))}
 
-    def _law(self) -> tuple[Array, float]:
+    def _parameter_series(self) -> tuple[Array, float]:
         """Return the series of scalars in the parameter and the unit of the parameter.
 
         The series are of shape (order, n s or 1, f).
         """
         if self.law is None and self.others:
             raise InvalidRequest("several scalars drive: say by which derivatives are, motion.by(drive), or in_time")
-        return self.law or self.by(self.driven)._law()
+        return self.law or self.by(self.driven)._parameter_series()
 
     @property
     def drive_unit(self) -> str:
@@ -223,7 +223,7 @@ class Motion:
             return pd.MultiIndex.from_arrays(arrays, names=["mechanism", *names])
         return pd.MultiIndex.from_arrays(shown, names=names) if self.others else pd.Index(shown[0], name=names[0])
 
-    def _shaped(self, flat: Array) -> Array:
+    def _split_batch(self, flat: Array) -> Array:
         n, s = self.states.shape[:2]
         out = flat.reshape(n, s, *flat.shape[1:])
         return np.asarray(out if n > 1 else out[0])
@@ -247,7 +247,7 @@ class Motion:
             width = system.rows + len(system.scalars)
             x = np.zeros((order + 1, len(y), system.unknowns))
             if order:
-                law = self._law()[0]
+                law = self._parameter_series()[0]
                 x[1] = (self.basis() @ law[0][..., None])[..., 0]
             for k in range(2, order + 1):
                 rotation, shift = system.poses(y, x[: k + 1])
@@ -273,7 +273,7 @@ class Motion:
             jacobian = curve.jacobian(y)
             good = np.isfinite(jacobian).all((1, 2))
             inverse = np.full_like(np.swapaxes(jacobian, 1, 2), np.nan)
-            square = jacobian.shape[1] == jacobian.shape[2] and _regular(jacobian[good])
+            square = jacobian.shape[1] == jacobian.shape[2] and _is_regular(jacobian[good])
             inverse[good] = np.linalg.inv(jacobian[good]) if square else np.linalg.pinv(jacobian[good], rcond=SMALL)
             self._cache["inverse"] = inverse
         return np.asarray(self._cache["inverse"])
@@ -281,10 +281,10 @@ class Motion:
     def _read(self, values: Array, unit: float) -> Array:
         """Convert series coefficients (order + 1, n s, ...) to derivatives in the user's units."""
         order = len(values) - 1
-        drive = self._law()[1] if order else 1.0
+        drive = self._parameter_series()[1] if order else 1.0
         scale = np.array([unit * factorial(k) / drive**k for k in range(order + 1)])
         out = np.moveaxis(values * scale.reshape(-1, *[1] * (values.ndim - 1)), 0, 1)
-        return self._shaped(out if order else out[:, 0])
+        return self._split_batch(out if order else out[:, 0])
 
     def rows(self, reading: Any) -> Array:
         """Return a reading with one row per pose, mechanism after mechanism, (n s, ...)."""
@@ -303,8 +303,8 @@ class Motion:
 
     def poses(self, order: int = 0) -> tuple[Array, Array]:
         """Return dimensionless rotations (order + 1, n s, b, 3, 3) and translations of bodies."""
-        if not order and self._fast and ("poses", 0) not in self._cache:
-            self._rate()
+        if not order and self._is_compiled and ("poses", 0) not in self._cache:
+            self._compute_twists()
         if ("poses", order) not in self._cache:
             curve, y = self.flat()
             self._cache["poses", order] = curve.system.poses(y, self.series(order) if order else None)
@@ -344,7 +344,7 @@ class Motion:
 
     def rotation(self, body: str) -> Array:
         """Return the rotation of a body from the design pose, shape (s, 3, 3)."""
-        return self._shaped(self.poses()[0][0][:, self.body_number(body)])
+        return self._split_batch(self.poses()[0][0][:, self.body_number(body)])
 
     def spin(self, body: str, order: int = 1) -> Array:
         """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s,
@@ -354,9 +354,9 @@ class Motion:
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
-        unit = self._law()[1]
+        unit = self._parameter_series()[1]
         scale = np.array([factorial(j) / unit ** (j + 1) for j in range(order)])
-        return self._shaped(np.moveaxis(vector * scale[:, None, None], 0, 1))
+        return self._split_batch(np.moveaxis(vector * scale[:, None, None], 0, 1))
 
     @property
     def scalars(self) -> tuple[Scalar, ...]:
@@ -366,7 +366,7 @@ class Motion:
     def basis(self) -> Array:
         """Return rates (n s, unknowns, f) of unknowns per unit of each of `scalars`."""
         if "basis" not in self._cache:
-            self._rate()
+            self._compute_twists()
         return np.asarray(self._cache["basis"])
 
     @property
@@ -391,10 +391,10 @@ class Motion:
         The velocity is that of the centre of the mechanism.
         """
         if "twists" not in self._cache:
-            self._rate()
+            self._compute_twists()
         return np.asarray(self._cache["twists"])
 
-    def _rate(self) -> None:
+    def _compute_twists(self) -> None:
         """Compute poses and twists of all bodies."""
         curve, y = self.flat()
         if curve.system.fast:
@@ -509,10 +509,10 @@ class Motion:
     def residual(self) -> Array:
         """Return the largest violation (s,) of any condition, including redundant ones."""
         curve, y = self.flat()
-        return self._shaped(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
+        return self._split_batch(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
 
 
-def _regular(square: Array) -> bool:
+def _is_regular(square: Array) -> bool:
     return bool((np.linalg.slogdet(square)[0] != 0).all())
 
 

@@ -156,10 +156,10 @@ def resolved(given: Mapping[str, Any], named: NamedPoints, file: str) -> tuple[d
         name.lower(): array(f"{file}: hard point {quoted(name)}", v, (3,), finite=True).tolist()
         for name, v in {**table, **named.points}.items()
     }
-    out = {k: v for k, v in given.items() if k != "hard_points"} | _set(given, named.settings, file)
+    out = {k: v for k, v in given.items() if k != "hard_points"} | _apply_settings(given, named.settings, file)
     names = _Names(points, named, np.array(AXES.get(str(out.get("axes")), (1.0, 1.0, 1.0))))
     out = _without_absent(out, names)
-    out = {k: v if k == "fit" else _each(v, names.placed) for k, v in out.items()}
+    out = {k: v if k == "fit" else _map_tables(v, names.placed) for k, v in out.items()}
     vehicle = out.get("vehicle")
     if isinstance(vehicle, dict):  # each number of a vehicle is optional
         out["vehicle"] = {k: v for k, v in vehicle.items() if v is not None}
@@ -170,7 +170,7 @@ def resolved(given: Mapping[str, Any], named: NamedPoints, file: str) -> tuple[d
     return out, [name for name in (*points, *named.numbers) if name not in names.used]
 
 
-def _set(given: Mapping[str, Any], settings: Mapping[str, str], file: str) -> dict[str, Any]:
+def _apply_settings(given: Mapping[str, Any], settings: Mapping[str, str], file: str) -> dict[str, Any]:
     """Return the entries of a file as changed by the settings of the CSV file."""
     out: dict[str, Any] = {}
     for name, word in settings.items():
@@ -229,7 +229,7 @@ class _Names:
         return out
 
 
-def _each(value: Any, of: Any) -> Any:
+def _map_tables(value: Any, of: Any) -> Any:
     """Apply a function to each table of an entry of a file."""
     if isinstance(value, list):
         return [of(one) for one in value]
@@ -245,8 +245,8 @@ def _without_absent(given: dict[str, Any], names: _Names) -> dict[str, Any]:
     """
     own: dict[str, set[str]] = {}
     for value in given.values():
-        for table in _tables(value):
-            own.setdefault(str(table.get("optional", "")), set()).update(_named(table))
+        for table in _tables_in_entry(value):
+            own.setdefault(str(table.get("optional", "")), set()).update(_names_in_table(table))
     absent = {
         group for group, stated in own.items() if group and not any(map(names.is_known, stated - own.get("", set())))
     }
@@ -271,11 +271,11 @@ def _without_absent(given: dict[str, Any], names: _Names) -> dict[str, Any]:
             value = {name: table for name, table in value.items() if is_there(table)}
         elif not is_there(value):
             continue
-        out[key] = value if key == "fit" else _each(value, plain)
+        out[key] = value if key == "fit" else _map_tables(value, plain)
     return out
 
 
-def _tables(value: Any) -> Iterator[dict[str, Any]]:
+def _tables_in_entry(value: Any) -> Iterator[dict[str, Any]]:
     """Yield the tables of an entry of a file."""
     if isinstance(value, dict):
         yield value
@@ -283,7 +283,7 @@ def _tables(value: Any) -> Iterator[dict[str, Any]]:
     yield from (one for one in inner if isinstance(one, dict))
 
 
-def _named(table: Mapping[str, Any]) -> Iterator[str]:
+def _names_in_table(table: Mapping[str, Any]) -> Iterator[str]:
     """Yield the names of hard points and numbers in a table."""
     for key, value in table.items():
         if key in (*PLACES, *LENGTHS, *SHARES) and isinstance(value, str):

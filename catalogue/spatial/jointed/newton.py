@@ -22,12 +22,12 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
         out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, ACCURACY)
         if singular.any():
             some = np.flatnonzero(singular)
-            out[some], good[some] = _solved(curve.take(some), y[some], target[some])
+            out[some], good[some] = _solve_in_blocks(curve.take(some), y[some], target[some])
         return out, good
-    return _solved(curve, y, target)
+    return _solve_in_blocks(curve, y, target)
 
 
-def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
+def _solve_in_blocks(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     """Solve by numpy, in blocks; see `solved`."""
     out, found = np.empty_like(y), np.zeros(len(y), bool)
     for low in range(0, len(y), BLOCK):
@@ -36,7 +36,7 @@ def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     return out, found
 
 
-def _rough(a: Array, b: Array) -> Array:
+def _least_squares(a: Array, b: Array) -> Array:
     """Solve linear equations (n, k, m), by least squares if not square."""
     return solve(a, b[..., None])[..., 0] if a.shape[1] == a.shape[2] else (np.linalg.pinv(a) @ b[..., None])[..., 0]
 
@@ -52,7 +52,7 @@ def newton(curve: Curve, y: Array, target: Array, steps: int = 60) -> tuple[Arra
         off = value - target[open_]
         right = -np.concatenate([f, (around(off) if periodic else off)[:, None]], axis=1)
         with np.errstate(all="ignore"):
-            step = _rough(np.concatenate([j, by[:, None]], axis=1), right)
+            step = _least_squares(np.concatenate([j, by[:, None]], axis=1), right)
             size = np.sqrt((step * step).sum(1))
             step *= np.minimum(1, 0.7 / size)[:, None]
         y[open_] = curve.system.unitary(curve.system.moved(y[open_], np.nan_to_num(step)))

@@ -60,7 +60,7 @@ class Poses:
 
     def __init__(self, mechanism: Mechanism, motion: Motion | None, signs: Array) -> None:
         self.mechanism, self.motion, self.signs = mechanism, motion, signs
-        self.which = _chosen(motion) if motion else [0]
+        self.which = _drawn_poses(motion) if motion else [0]
 
     def point(self, body: str, at: Any) -> Array:
         """Return a point of a body, (p, 3)."""
@@ -77,7 +77,7 @@ class Poses:
         return np.asarray(self.signs * self.motion.direction(body, v)[self.which])
 
 
-def _chosen(motion: Motion) -> list[int]:
+def _drawn_poses(motion: Motion) -> list[int]:
     """Return the numbers of the pose nearest to the design pose and of the ghosts.
 
     Ghosts are the ends of a motion; a closed motion has them at its thirds.
@@ -109,7 +109,7 @@ def scene(
 ) -> seen.Scene:
     """Compose the scene of a mechanism in its design pose, or of a motion with ghosts."""
     poses = Poses(mechanism, motion, wheels[0].signs if wheels else np.ones(3))
-    every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has(x, k)]
+    every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has_field(x, k)]
     size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may coincide
     names = ["left wheel" if w.beside()[0] > 0 else "right wheel" for w in wheels]
     if len(set(names)) < len(wheels):
@@ -119,7 +119,7 @@ def scene(
     centres = {name: (w.carrier, w.centre) for name, w in zip(names, wheels, strict=True)}
     follow = {**centres, **(points or {})}
     rings = [_ring(poses, wheel) for wheel in wheels]
-    along = _along(motion, poses.which[0]) if motion else slice(None)
+    along = _poses_along_drive(motion, poses.which[0]) if motion else slice(None)
     paths = {name: motion.point(body, at)[along] * poses.signs for name, (body, at) in follow.items()} if motion else {}
     balls, fixed = _joints(mechanism, poses)
     bodies = _bodies(mechanism, poses, size, follow)
@@ -145,7 +145,7 @@ def scene(
     )
 
 
-def _along(motion: Motion, drawn: int) -> Array:
+def _poses_along_drive(motion: Motion, drawn: int) -> Array:
     """Return the poses of a grid along its first drive, through the drawn pose; else all."""
     values = motion.values
     if len(values) < np.prod([len(np.unique(column)) for column in values.T]) or not motion.others:
@@ -153,7 +153,7 @@ def _along(motion: Motion, drawn: int) -> Array:
     return np.flatnonzero((values[:, 1:] == values[drawn, 1:]).all(1))
 
 
-def _has(x: Any, field: str) -> bool:
+def _has_field(x: Any, field: str) -> bool:
     return getattr(x, field, None) is not None and not (isinstance(x, e.Prismatic | e.Fixed) and not np.any(x.at))
 
 
@@ -181,7 +181,7 @@ def _note(motion: Motion | None) -> str:
     )
 
 
-def _attached(mechanism: Mechanism) -> dict[str, list[Any]]:
+def _points_of_bodies(mechanism: Mechanism) -> dict[str, list[Any]]:
     """Return the hard points of each body."""
     out: dict[str, list[Any]] = {}
     for x in mechanism.elements:
@@ -189,9 +189,9 @@ def _attached(mechanism: Mechanism) -> dict[str, list[Any]]:
             out.setdefault(x.a, []).append(x.from_)
             out.setdefault(x.b, []).append(x.to)
         elif isinstance(x, e.Revolute | e.Cylindrical | e.Spherical | e.Prismatic | e.OnGuide):
-            here = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
+            here = [getattr(x, k) for k in ("at", "to") if _has_field(x, k)]
             out.setdefault(x.body, []).extend(here)
-            if isinstance(x, e.OnGuide) and _held_line(x):
+            if isinstance(x, e.OnGuide) and _is_line_on_body(x):
                 out.setdefault(x.on, []).append(x.origin)
             if not isinstance(x, e.OnGuide | e.Prismatic):
                 out.setdefault(x.on, []).extend(here)
@@ -199,7 +199,7 @@ def _attached(mechanism: Mechanism) -> dict[str, list[Any]]:
 
 
 def _bodies(mechanism: Mechanism, poses: Poses, size: float, follow: Mapping[str, tuple[str, Any]]) -> list[seen.Body]:
-    attached = _attached(mechanism)
+    attached = _points_of_bodies(mechanism)
     for body, at in follow.values():
         attached.setdefault(body, []).append(at)
     out = []
@@ -257,7 +257,7 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
     for x in mechanism.elements:
         if not isinstance(x, e.Revolute | e.Cylindrical | e.Prismatic):
             continue
-        at = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
+        at = [getattr(x, k) for k in ("at", "to") if _has_field(x, k)]
         axis = x.axis if x.axis is not None else np.subtract(at[1], at[0])
         shaft = _shaft(mechanism, x.body, size)
         if at and shaft is not None:  # the hinge is drawn on the shaft, away from the cross
@@ -274,7 +274,7 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
     return out
 
 
-def _held_line(x: e.OnGuide) -> bool:
+def _is_line_on_body(x: e.OnGuide) -> bool:
     """Return whether a guide is a line on a moving body, such as a strut."""
     return x.guide == "line" and x.on != e.GROUND
 
@@ -320,7 +320,7 @@ def _guides(mechanism: Mechanism, poses: Poses, size: float) -> tuple[list[tuple
         axes = np.stack([poses.direction(x.on, v) for v in guide.frame.T], axis=2)  # (p, 3, 3)
         local = (np.swapaxes(axes, 1, 2) @ here[..., None])[..., 0].T
         shape = np.repeat(guide.shape[:, None], local.shape[1], axis=1)
-        held = _held_line(x)  # drawn from where it is held
+        held = _is_line_on_body(x)  # drawn from where it is held
         sides = [
             _side(
                 np.append(values, 0.0) if held else values,

@@ -26,11 +26,11 @@ NEARLY = 1e-3
 
 #: Largest residual next to the design pose that rounded hard points explain [units].
 ROUNDED = 1e-3
-#: Why a mechanism is not moved.
+#: Message: no motion from a singular design pose.
 SINGULAR = "the design pose is singular: more freedoms than beside it, or no pose beside it; give another design pose"
 
 
-#: Why a mechanism of a batch has no poses.
+#: Message: a mechanism of a batch violates conditions that are redundant in the first one.
 UNMET = "conditions that others imply in the first mechanism of the batch are not met in this one"
 
 
@@ -61,7 +61,7 @@ def rank_of(system: System) -> Rank:
     free = np.linalg.svd(j)[2][rank:]
     if not len(free):
         return Rank(pivots(j[None], rank)[0], False)
-    there = _aside(system, y, free, RANK_ASIDE)
+    there = _step_aside(system, y, free, RANK_ASIDE)
     f, _, jacobian = system.evaluate(there)
     gone = np.sqrt((system.weight * (there - y) ** 2).sum())
     if not np.abs(f).max() <= MISSED or gone < BACK * ASIDE:  # the freedom is infinitesimal only
@@ -72,7 +72,7 @@ def rank_of(system: System) -> Rank:
     return Rank(pivots(aside[None], beside)[0], beside > rank)
 
 
-def _aside(system: System, y: Array, free: Array, least: float) -> Array:
+def _step_aside(system: System, y: Array, free: Array, least: float) -> Array:
     """Step along rates (f, m) to a second pose, and correct it by truncated singular values."""
     direction = free.T @ np.random.default_rng(1).normal(size=len(free))
     y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
@@ -95,7 +95,7 @@ def missed_by(system: System) -> tuple[str, float] | None:
     _, s, v = np.linalg.svd(system.evaluate(y)[2][0, : system.rows])
     if not s[-1] < NEARLY * s[0]:
         return None
-    off = np.abs(system.evaluate(_aside(system, y, v[-1:], NEARLY))[0][0])
+    off = np.abs(system.evaluate(_step_aside(system, y, v[-1:], NEARLY))[0][0])
     return (system.names[int(off.argmax())], float(off.max())) if off.max() <= ROUNDED else None
 
 

@@ -132,10 +132,10 @@ def load(file: str | Path, points: str | Path | None = None, both: bool = False,
     given, unused = resolved(given, listed, str(file))
     mirrored = switch("both", both) or switch(f"{file}: both", given.get("both", False))
     given = both_sides(given, str(file)) if mirrored else one_side(given)
-    return replace(_job(given, str(file)), unused=tuple(unused), file=str(file), answers=len(guided))
+    return replace(_parse_job(given, str(file)), unused=tuple(unused), file=str(file), answers=len(guided))
 
 
-def _job(given: dict[str, Any], file: str) -> Job:
+def _parse_job(given: dict[str, Any], file: str) -> Job:
     for name in given:
         if name not in ELEMENTS and name not in OTHERS:
             raise InvalidRequest(f"{file}: {quoted(name)} means nothing; tables are {', '.join([*ELEMENTS, *OTHERS])}")

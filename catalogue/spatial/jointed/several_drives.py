@@ -61,7 +61,7 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     y = np.repeat(system.design[None], n, axis=0)
     design = system.evaluate(y)[1]
     mechanism.movable(system)
-    _check(system, y, design, drives.scalars, len(coupled))
+    _check_drives(system, y, design, drives.scalars, len(coupled))
     path = drives.grid() if grid else drives.path()
     asked = np.concatenate([np.tile(drives.at, (len(path), 1)), path], axis=1) / units
     points = np.where(np.isnan(asked)[:, None], design, asked[:, None])
@@ -70,7 +70,7 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     first = np.where(np.arange(len(order)) < len(drives.held), points[0], design) if swept_by_legs else points[0]
     start = _moved(system, y, np.stack([design, first]), order, stops)[-1] if (first != design).any() else y
     if swept_by_legs:
-        states = _legs(mechanism, drives, Poses(start, first, np.arange(n)), points, stops)
+        states = _sweep_grid(mechanism, drives, Poses(start, first, np.arange(n)), points, stops)
     else:
         states = np.moveaxis(_moved(system, start, points, order, stops), 0, 1)
     for i in without_missed(Curve(system, design[:, :-1]), states):
@@ -92,7 +92,7 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     )
 
 
-def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], coupled: int) -> None:
+def _check_drives(system: System, y: Array, values: Array, drives: tuple[Scalar, ...], coupled: int) -> None:
     """Raise an error if the drives cannot move the mechanism in the design pose."""
     freedoms, given = system.unknowns - len(system.use) - coupled, len(system.scalars) - coupled
     if freedoms != given:
@@ -116,16 +116,18 @@ def _moved(system: System, y: Array, points: Array, order: tuple[Scalar, ...], s
     states, reached = follow(system, y, points)
     for i in np.flatnonzero(reached < len(points) - 1):
         at = Course.through(points).take(np.array([i]))(reached[[i]])[0][0]
-        where = ", ".join(_shown(s, v, f.unit, f.angular) for s, v, f in zip(order, at, system.scalars, strict=True))
+        where = ", ".join(
+            _shown_value(s, v, f.unit, f.angular) for s, v, f in zip(order, at, system.scalars, strict=True)
+        )
         stops[i].append(f"the path ends at {where}: {BEYOND}")
     return corrected(system, states, points)
 
 
-def _shown(scalar: Scalar, value: float, unit: float, angular: bool) -> str:
+def _shown_value(scalar: Scalar, value: float, unit: float, angular: bool) -> str:
     return f"{title(scalar)} = {np.degrees(value) if angular else value * unit:.6g}"
 
 
-def _legs(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, stops: list[list[str]]) -> Array:
+def _sweep_grid(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, stops: list[list[str]]) -> Array:
     """Return states (n, p, numbers) over a grid of points (p, n, f), drive after drive."""
     order, first = (*drives.held, *drives.scalars), len(drives.held)
     here = start
@@ -133,7 +135,7 @@ def _legs(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, sto
         others = [i for i in range(len(order)) if i != k]
         system = mechanism.system(*(order[i] for i in others), order[k])
         goal = values / system.scalars[-1].unit
-        states = _leg(Curve(system.take(here.owner), here.values[:, others]), here, goal, order[k], stops)
+        states = _sweep_one_drive(Curve(system.take(here.owner), here.values[:, others]), here, goal, order[k], stops)
         size = len(goal)
         there = np.repeat(here.values, size, axis=0)
         there[:, k] = np.tile(goal, len(here.states))
@@ -141,7 +143,7 @@ def _legs(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, sto
     return here.states.reshape(len(start.states), len(points), -1)
 
 
-def _leg(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list[str]]) -> Array:
+def _sweep_one_drive(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list[str]]) -> Array:
     """Sweep one drive over values (s,) from many poses: states (N, s, numbers)."""
     states = np.full((len(here.states), len(goal), here.states.shape[1]), np.nan)
     some = np.flatnonzero(np.isfinite(here.states).all(1))
@@ -160,6 +162,6 @@ def _leg(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list
         for i in np.unique(here.owner[some[short]]):
             rows = np.flatnonzero(short & (here.owner[some] == i))
             least = rows[(sign * end[rows, side]).argmin()]
-            where = _shown(drive, end[least, side], scalar.unit, scalar.angular)
+            where = _shown_value(drive, end[least, side], scalar.unit, scalar.angular)
             stops[i].append(f"a sweep ends at {where}: {reason[least, side]}")
     return states

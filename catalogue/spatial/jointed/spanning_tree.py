@@ -25,7 +25,7 @@ class SpanningTree:
     """
 
     def __init__(self, elements: Sequence[e.Element]) -> None:
-        named = _named(elements)
+        named = _named_bodies(elements)
         carriers = _carriers(elements)
         self.bodies = [e.GROUND]
         self.carrier: dict[str, Carrier | e.OnGuide | None] = {}
@@ -59,7 +59,7 @@ class SpanningTree:
         return self.bodies.index(first), self.bodies.index(second)
 
 
-def _named(elements: Sequence[e.Element]) -> list[str]:
+def _named_bodies(elements: Sequence[e.Element]) -> list[str]:
     """Return the bodies without the ground, in order of first mention."""
     named: list[str] = []
     for x in elements:
@@ -97,12 +97,12 @@ def grouped(placed: Sequence[Placed]) -> tuple[Placed, ...]:
                 last.number + p.number,
                 last.point + p.point,
                 last.direction + p.direction,
-                lead=(*_leads(last), *_leads(p)) if last.lead or p.lead else (),
+                lead=(*_leads_of(last), *_leads_of(p)) if last.lead or p.lead else (),
             )
         else:
             out.append(p)
     return tuple(out)
 
 
-def _leads(p: Placed) -> tuple[float, ...]:
+def _leads_of(p: Placed) -> tuple[float, ...]:
     return p.lead or (0.0,) * len(p.bodies)

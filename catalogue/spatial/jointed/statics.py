@@ -70,7 +70,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     links = {_label for _label, x in zip(system.labelled, motion.mechanism.joints, strict=True) if isinstance(x, Link)}
     angular = set(range(system.starts[1], system.starts[2]))
     columns: dict[str, Any] = {}
-    lost = _undetermined(motion)
+    lost = _is_indeterminate(motion)
     times: dict[str, int] = {}
     for r, name in enumerate(system.names):
         if r >= system.starts[3]:
@@ -91,7 +91,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     return framed(motion, columns)
 
 
-def _undetermined(motion: Motion) -> Array:
+def _is_indeterminate(motion: Motion) -> Array:
     """Return a mask (n s, conditions) of statically indeterminate reactions."""
     curve, y = motion.flat()
     rows = curve.system.rows

@@ -40,7 +40,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     target = np.stack([np.minimum(goal.min(), start), np.maximum(goal.max(), start)], axis=1)
     fast = curve.system.fast
     if fast is None:
-        return _swept(curve, y, at, tangent, target, goal)
+        return _sweep_by_numpy(curve, y, at, tangent, target, goal)
     nodes = np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent
     sign = newton_step(at[0], at[1], tangent, signed=True)[2]
     states, end, why, singular = compiled.swept(
@@ -49,12 +49,12 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     reason = np.array([*REASONS, ""], dtype=object)[why]
     if singular.any():
         i = np.flatnonzero(singular)
-        part = _swept(curve.take(i), y[i], tuple(v[i] for v in at), tangent[i], target[i], goal)
+        part = _sweep_by_numpy(curve.take(i), y[i], tuple(v[i] for v in at), tangent[i], target[i], goal)
         states[i], end[i], reason[i] = part
     return states, end, reason
 
 
-def _swept(
+def _sweep_by_numpy(
     curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, target: Array, goal: Array
 ) -> tuple[Array, Array, Array]:
     """Trace all curves down and up by numpy, then correct all poses together."""

@@ -129,13 +129,13 @@ class Tree:
         rotation = np.zeros((order, n, len(self.bodies), 3, 3))
         shift = np.zeros((order, n, len(self.bodies), 3))
         rotation[0, :, 0] = EYE
-        for p, axes in zip(self.placed, self._axes, strict=True):
+        for p, axes in zip(self.placed, self._joint_axes, strict=True):
             if p.joint_kind == FREE:
-                turn, move = self._freed(p, y, x)
+                turn, move = self._free_poses(p, y, x)
             elif p.guide:
-                turn, move = self._charted(p, y, x)
+                turn, move = self._pose_on_guide(p, y, x)
             else:
-                turn, move = self._jointed(p, axes, y, x)
+                turn, move = self._poses_on_joints(p, axes, y, x)
             if any(p.on):
                 on = rotation[:, :, p.on]
                 move = series(on, move[..., None], np.matmul)[..., 0] + shift[:, :, p.on]
@@ -150,7 +150,7 @@ class Tree:
         out[0] = y[:, number]
         return out
 
-    def _jointed(self, p: Placed, axes: tuple[Array, ...], y: Array, x: Array | None) -> tuple[Array, Array]:
+    def _poses_on_joints(self, p: Placed, axes: tuple[Array, ...], y: Array, x: Array | None) -> tuple[Array, Array]:
         order, n = 1 if x is None else len(x), len(y)
         axis, at, along, across, turning = axes
         if p.joint_kind == PRISMATIC:
@@ -172,7 +172,7 @@ class Tree:
         return turn, move
 
     @cached_property
-    def _axes(self) -> list[tuple[Array, ...]]:
+    def _joint_axes(self) -> list[tuple[Array, ...]]:
         """Axes and points of joints, and the constant parts of their rotations."""
         out: list[tuple[Array, ...]] = []
         for p in self.placed:
@@ -183,19 +183,19 @@ class Tree:
         return out
 
     @cached_property
-    def _still(self) -> Array:
+    def _constant_screws(self) -> Array:
         """Constant screws (N, unknowns, 6): joints on the ground, translations of free bodies."""
         out = np.zeros((len(self.points), self.unknowns, 6))
-        for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
+        for p, (axis, at, *_) in zip(self.placed, self._joint_axes, strict=True):
             if p.joint_kind == FREE:
                 for u in p.unknown:
                     out[:, u : u + 3, 3:] = out[:, u + 3 : u + 6, :3] = EYE
             elif not p.guide and not any(p.on):
-                self._screwed(out, p, axis, at)
+                self._write_screws(out, p, axis, at)
         return out
 
     @staticmethod
-    def _screwed(out: Array, p: Placed, axis: Array, at: Array) -> None:
+    def _write_screws(out: Array, p: Placed, axis: Array, at: Array) -> None:
         if p.joint_kind != PRISMATIC:
             out[:, p.unknown, 3:], out[:, p.unknown, :3] = axis, cross(at, axis)
             if p.lead:
@@ -203,7 +203,7 @@ class Tree:
         if p.joint_kind != REVOLUTE:
             out[:, [k + (p.joint_kind == CYLINDRICAL) for k in p.unknown], :3] = axis
 
-    def _charted(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
+    def _pose_on_guide(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
         """Return the pose of a point on a guide, a body that does not rotate."""
         assert p.guide is not None
         two = np.arange(UNKNOWNS[p.joint_kind])
@@ -216,7 +216,7 @@ class Tree:
         turn[0] = np.eye(3)
         return turn, world[:, :, None]
 
-    def _freed(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
+    def _free_poses(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
         number = np.asarray(p.number)[:, None] + np.arange(7)
         state = y[:, number]  # (n, f, 7)
         turn, at = rotation_of(state[..., :4])[None], self.points[:, p.point]
@@ -234,8 +234,8 @@ class Tree:
     def screws(self, y: Array, rotation: Array, shift: Array) -> Array:
         """Return the screws (n, unknowns, 6) of all unknowns: velocity of the origin, rotation."""
         out = np.empty((len(y), self.unknowns, 6))
-        out[:] = self._still
-        for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
+        out[:] = self._constant_screws
+        for p, (axis, at, *_) in zip(self.placed, self._joint_axes, strict=True):
             if p.joint_kind == FREE:
                 for i, (k, c) in enumerate(zip(p.unknown, p.number, strict=True)):
                     out[:, k : k + 3, :3] = np.swapaxes(skew(at[:, i] + y[:, c + 4 : c + 7]), 1, 2)
@@ -248,7 +248,7 @@ class Tree:
             elif any(p.on):
                 on = rotation[0][:, p.on]
                 here = (on @ at[..., None])[..., 0] + shift[0][:, p.on]
-                self._screwed(out, p, (on @ axis[..., None])[..., 0], here)
+                self._write_screws(out, p, (on @ axis[..., None])[..., 0], here)
         return out
 
     def numbered(self, y: Array, x: Array) -> Array:

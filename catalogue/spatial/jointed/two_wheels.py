@@ -54,7 +54,7 @@ def axle(
     with np.errstate(all="ignore"):
         inwards = [at.toe() for at in seats]
         angles = -np.radians(inwards[0]), np.radians(inwards[1])
-        reason, rolling = _in_roll(motion, wheels, seats, steer)
+        reason, rolling = _roll_columns(motion, wheels, seats, steer)
         reasons = dict.fromkeys(rolling, reason)
         columns = {
             "track": seats[0].contact[1] - seats[1].contact[1],
@@ -81,7 +81,7 @@ def axle(
     return table
 
 
-def _in_roll(
+def _roll_columns(
     motion: Motion, wheels: list[Wheel], seats: list[Seat], steer: Scalar | None
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of roll, with heave and steering held, and the reason for NaN.
