@@ -32,10 +32,10 @@ def offer(plan: type, functions: Sequence[Any]) -> None:
     """Register compiled functions for these stubs, by the type of the plan."""
     stubs: tuple[Callable[..., None], ...] = (evaluate, moved, unitary, lifted)
     for stub, function in zip(stubs, functions, strict=True):
-        _offer(plan, stub, function)
+        _register(plan, stub, function)
 
 
-def _offer(plan: type, stub: Callable[..., None], function: Any) -> None:
+def _register(plan: type, stub: Callable[..., None], function: Any) -> None:
     def chosen(*given: Any) -> Any:
         return function.py_func if getattr(given[0], "instance_class", None) is plan else None
 
