@@ -26,7 +26,7 @@ Columns = Mapping[str, Any]
 def write_batch(
     connection: Connection, batch: Columns | None, mechanisms: Columns, guides: Columns, reaches: Columns
 ) -> None:
-    """Add one finished batch in one transaction: completely, or on an error not at all.
+    """Add one finished batch in one transaction.
 
     A column is an array or a list with one value per row, or one value for all rows; NaN is stored
     as NULL. The order of the rows determines the keys that connect the tables, and the columns that
@@ -57,11 +57,11 @@ def write_batch(
     mechanisms, guides, reaches = dict(mechanisms), dict(guides), dict(reaches)
     pivots = np.reshape(mechanisms.pop("pivots"), (-1, len(PIVOTS)))
     mechanisms |= {column.key: values for column, values in zip(PIVOTS, pivots.T, strict=True)}
-    parents = _local(guides.pop("mechanism"), len(pivots))
-    owners = _local(reaches.pop("guide"), len(parents))
+    parents = _row_numbers(guides.pop("mechanism"), len(pivots))
+    owners = _row_numbers(reaches.pop("guide"), len(parents))
     codes = np.broadcast_to(mechanisms.get("series", ""), len(pivots))[parents]
     kinds, covers = (np.broadcast_to(guides[name], parents.shape)[owners] for name in ("kind", "cover"))
-    with _writing(connection):
+    with _write_transaction(connection):
         batch_id = None if batch is None else _insert(connection, "batch", 1, batch)
         first = _insert(connection, "mechanism", len(pivots), mechanisms | {"batch_id": batch_id})
         keys: dict[str, Any] = {"mechanism_id": first + parents, "series": codes}
@@ -72,28 +72,28 @@ def write_batch(
 
 def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
     """Remove the designs of these names, with their guides."""
-    with _writing(connection):
+    with _write_transaction(connection):
         connection.execute(delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names)))
 
 
 def remove_batches(connection: Connection, ids: Sequence[int]) -> None:
     """Remove batches with all guides and specimens stored from them."""
     if ids:
-        make_indexes(connection)  # without them the whole file would be searched for each row
-        with _writing(connection):
+        make_indexes(connection)  # without indexes each row would need a search of the whole file
+        with _write_transaction(connection):
             connection.execute(delete(Batch).where(Batch.id.in_(ids)))
 
 
 def drop_indexes(connection: Connection) -> None:
     """Drop the indexes that only requests need."""
-    with _writing(connection):
+    with _write_transaction(connection):
         for index in _indexes():
             index.drop(connection, checkfirst=True)
 
 
 def make_indexes(connection: Connection) -> None:
     """Create missing indexes and update SQLite's statistics, in one transaction."""
-    with _writing(connection):
+    with _write_transaction(connection):
         for index in _indexes():
             index.create(connection, checkfirst=True)
         connection.exec_driver_sql("ANALYZE")
@@ -132,7 +132,7 @@ def finish(database: Database) -> bool:
 
 
 @contextmanager
-def _writing(connection: Connection) -> Iterator[None]:
+def _write_transaction(connection: Connection) -> Iterator[None]:
     """Open a transaction with the write lock, after a check of the seal.
 
     Disk errors are raised with their cause.
@@ -147,7 +147,7 @@ def _indexes() -> list[Index]:
     return sorted((i for table in Base.metadata.tables.values() for i in table.indexes), key=lambda i: str(i.name))
 
 
-def _local(places: object, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
+def _row_numbers(places: object, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     """Check row numbers within the batch: a wrong one might refer to a row of an older batch."""
     rows = np.asarray(places, dtype=np.int64)
     if rows.size and (rows.min() < 0 or rows.max() >= count):

@@ -68,10 +68,10 @@ def database_errors(path: Path) -> Iterator[None]:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
     except UnicodeEncodeError as error:
         raise InvalidRequest(f"{quoted(error.object)} is no text: it has half of a pair of code units") from None
-    except UnicodeDecodeError as error:  # from SQLite's description of the tables
+    except UnicodeDecodeError as error:  # an invalid text in SQLite's own description of the tables
         raise DatabaseError(f"{path} is damaged: {_RENEW}") from error
     except Exception as error:
-        cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold that of the driver
+        cause = getattr(error, "orig", error)  # SQLAlchemy's errors wrap the driver's
         if not isinstance(cause, sqlite3.Error):
             raise
         # The low byte is the kind of failure, the rest a detail of it.
@@ -219,14 +219,14 @@ def bring_up_to_date(path: Path, layout: Layout = CATALOGUE) -> None:
 
 
 @contextmanager
-def _backed_up(path: Path, found: str) -> Iterator[None]:
+def _backup(path: Path, found: str) -> Iterator[None]:
     """Copy the database to the first free backup name, unless there is such a copy.
 
     The backup appears once complete, and is removed if the enclosed work fails.
     """
     endings = chain([""], (f"-{number}" for number in count(2)))
     copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
-    part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists a part that a kill has left
+    part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists incomplete copies of killed processes
     try:
         part.touch(0o600, exist_ok=False)
         part.chmod(S_IMODE(path.stat().st_mode))  # the copy has the permissions of the original
@@ -273,7 +273,7 @@ def _migrate(path: Path, layout: Layout) -> None:
                     return
                 unseal(connection, path)
                 if older is not None:
-                    stack.enter_context(_backed_up(path, older))
+                    stack.enter_context(_backup(path, older))
                 config.attributes.update(connection=connection, metadata=base.metadata)
                 if layout.is_described:
                     drop_views(connection)  # SQLite renames no table that a view reads

@@ -1,4 +1,4 @@
-"""The tables: what was drawn, which mechanisms were kept, what each guides and how far.
+"""The tables: batches, mechanisms, their guides and reaches.
 
 Specimens of collections.
 
@@ -7,9 +7,9 @@ inflection circle; of parallel cranks, which have no pole, the height of crank 1
 so without a length unit.  A guide has one `Reach` per decade of relative deviation; everything in a
 reach but its stroke is a multiple of the stroke, which is what a request filters and ranks by.
 
-The comment of a column says what it means, its unit last, in brackets: [canonical], [1/canonical],
-[stroke], [deg]; text, numbers of things and what is no measure has none.  What stands here is what
-a file says of itself (`schema`).
+The comment of a column is its meaning, then its unit in brackets: [canonical], [1/canonical],
+[stroke], [deg]; texts, counts and other dimensionless values have none.  A file contains these
+comments as its description (`schema`).
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class Mechanism(Base):
 
     __table_args__ = (
         UniqueConstraint("name"),
-        UniqueConstraint("id", "series"),  # what a guide refers to
+        UniqueConstraint("id", "series"),  # target of the foreign key of a guide
         # `AND` keeps json_type from raising on text that is not JSON at all.
         CheckConstraint("json_valid(parameters) AND json_type(parameters) = 'object'", name="parameters"),
         CheckConstraint(
@@ -183,7 +183,7 @@ class Guide(Base):
 
     __table_args__ = (
         ForeignKeyConstraint(["mechanism_id", "series"], ["mechanism.id", "mechanism.series"], ondelete="CASCADE"),
-        UniqueConstraint("id", "kind", "series", "cover"),  # what a reach refers to, so that the two cannot differ
+        UniqueConstraint("id", "kind", "series", "cover"),  # target of the foreign key of a reach, so that both agree
         CheckConstraint("kind IN ('line', 'circle', 'slot', 'arc', 'return-line', 'return-circle')", name="kind"),
         # The square's error is twice the norm's; sqrt is missing from many builds of SQLite.
         CheckConstraint("abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9", name="tangent"),
@@ -259,7 +259,7 @@ class Reach(Base):
             name="fixed_box",
         ),
         CheckConstraint("all_x0 <= all_x1 AND all_y0 <= all_y1", name="all_box"),
-        Index("ix_reach_cover", "kind", "level", "cover"),  # a search reads the first of a level or two
+        Index("ix_reach_cover", "kind", "level", "cover"),  # a search reads the first guides of one or two levels
         {"sqlite_strict": True},
     )
 
@@ -267,7 +267,7 @@ class Reach(Base):
 class SpecimenRow(Base):
     """A specimen of a collection, scale-free.
 
-    From the last `block` a build that was interrupted goes on.
+    An interrupted build continues after the last `block`.
     """
 
     __tablename__ = "specimens"
@@ -300,7 +300,7 @@ class SpecimenRow(Base):
 
 
 class Description(Base):
-    """What each table, view and column of this file holds.
+    """Meaning of each table, view and column of this file.
 
     `catalogue.store.schema` fills it whenever a file is made or upgraded.
     """
@@ -334,7 +334,7 @@ class Setting(Base):
 #: The pivots of a mechanism in the order of its array.
 PIVOTS = tuple(getattr(Mechanism, name) for name in PIVOT_NAMES)
 
-#: What a stored reach is laid along a path by.
+#: Columns needed to place a stored reach along a path.
 COLUMNS = (
     Guide.id.label("id"),
     *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, *PIVOTS),

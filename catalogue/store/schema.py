@@ -56,7 +56,7 @@ VIEWS: dict[str, tuple[SelectBase, str]] = {
     "guides": (GUIDES, "A guide with its mechanism in one row, in the canonical frame."),
     "pivots": (_PIVOTS, "A pivot of a mechanism in one row, in the canonical frame."),
 }
-#: Columns of views that belong to no table.
+#: Meanings of columns of views that are in no table.
 _MADE = {
     "mechanism_id": "mechanism it belongs to",
     "dyad": "1 or 2",
