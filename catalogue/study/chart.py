@@ -60,7 +60,7 @@ def page(columns: Mapping[str, list[Any]], records: dict[int, str], value: str, 
     """
     if value not in VALUES:
         raise InvalidRequest(f"a map shows one of {', '.join(VALUES)}, not {value!r}")
-    axes = _axes(columns)
+    axes = _possible_axes(columns)
     names = sorted(axes, key=lambda name: -len(axes[name]))
     if wrong := [name for name in (x, y) if name and name not in axes]:
         raise InvalidRequest(f"{wrong[0]} does not vary in this study: its axes are {', '.join(names) or 'none'}")
@@ -96,20 +96,20 @@ def page(columns: Mapping[str, list[Any]], records: dict[int, str], value: str, 
     return standing_alone(title, told, drawn, cards)
 
 
-def _axes(columns: Mapping[str, list[Any]]) -> dict[str, list[str]]:
+def _possible_axes(columns: Mapping[str, list[Any]]) -> dict[str, list[str]]:
     """Return the possible axes: columns with more than one value, with their values as text."""
     names = [*columns]
     found = {}
     for name in names[1 : names.index("status")]:
         values = {one for one in columns[name] if one == one}
         gap = any(one != one for one in columns[name])
-        every = [_text(one) for one in sorted(values, key=_sorting)] + [""] * gap
+        every = [_text(one) for one in sorted(values, key=_sort_key)] + [""] * gap
         if len(every) > 1:
             found[name] = every
     return found
 
 
-def _sorting(value: Any) -> tuple[int, float, str]:
+def _sort_key(value: Any) -> tuple[int, float, str]:
     if isinstance(value, str):
         parts = value.split()
         try:
@@ -148,8 +148,8 @@ def _chart(
     at = {(_text(row[x[0]]), _text(row[y[0]]) if y[0] else ""): row for row in rows}
     places = {(i, k): at.get((column, level)) for i, column in enumerate(columns) for k, level in enumerate(levels)}
     shown = {place: row for place, row in places.items() if row is not None}
-    parts, words = _tints(shown, value, span) if dense else _cells(shown, value, span)
-    parts += [*_steps(places, size), *_levels(places, value, span, size), *words]
+    parts, words = _small_cells(shown, value, span) if dense else _cells(shown, value, span)
+    parts += [*_steps(places, size), *_contours(places, value, span, size), *words]
     bottom = len(levels) * high
     for i, column in list(enumerate(columns))[:: -(-LAYOUT.between // wide) if dense else 1]:
         parts.append(label(column, LAYOUT.labels[0] + (i + 0.5) * wide, bottom + 16, "middle"))
@@ -171,7 +171,7 @@ def _cells(
     return [cell for cell, _ in drawn], [text for _, texts in drawn for text in texts]
 
 
-def _tints(
+def _small_cells(
     shown: dict[tuple[int, int], dict[str, Any]], value: str, span: tuple[float, float]
 ) -> tuple[list[Markup], list[Markup]]:
     """Draw small cells: all cells of one shade as one path."""
@@ -180,7 +180,9 @@ def _tints(
     for (i, k), row in shown.items():
         square = f"M{LAYOUT.labels[0] + i * wide} {k * high}h{wide}v{high}h{-wide}z"
         data.setdefault(_shade(row, value, span), []).append(square)
-    return [element("path", d="".join(squares), **_face(shade, "tint cell")) for shade, squares in data.items()], []
+    return [
+        element("path", d="".join(squares), **_cell_attributes(shade, "tint cell")) for shade, squares in data.items()
+    ], []
 
 
 def _steps(places: dict[tuple[int, int], dict[str, Any] | None], size: tuple[int, int]) -> list[Markup]:
@@ -204,14 +206,14 @@ def _shade(row: dict[str, Any], value: str, span: tuple[float, float]) -> float 
     return min(int(part * LAYOUT.shades), LAYOUT.shades - 1) / (LAYOUT.shades - 1)
 
 
-def _face(shade: float | None, kind: str = "cell") -> dict[str, str]:
+def _cell_attributes(shade: float | None, kind: str = "cell") -> dict[str, str]:
     """Return the attributes of a cell with a given shade."""
     if shade is None:
         return {"class_": f"{kind} none"}
     return {"class_": kind, "fill-opacity": f"{0.12 + 0.88 * shade:.2f}"}
 
 
-def _levels(
+def _contours(
     places: dict[tuple[int, int], dict[str, Any] | None],
     value: str,
     span: tuple[float, float],
@@ -220,7 +222,7 @@ def _levels(
     """Draw the contours between the centres of cells of one kind."""
     found = {place: row for place, row in places.items() if row is not None and _is_number(row, value)}
     values = {place: float(row[f"best_{value}"]) for place, row in found.items()}
-    kinds = {place: _kind(row) for place, row in found.items()}
+    kinds = {place: _series_and_family(row) for place, row in found.items()}
     wide, high = size
     levels = ticks(span[0], span[1], LAYOUT.levels)
     drawn = []
@@ -242,7 +244,7 @@ def _cell(
         if best is not None
         else f"{row['reason']} {row['advice']}"
     )
-    face = _face(shade)
+    face = _cell_attributes(shade)
     box = element("rect", element("title", told), x=left, y=top, width=LAYOUT.cell[0], height=LAYOUT.cell[1], **face)
     dark, middle = " dark" if shade is not None and shade > 0.5 else "", left + 0.5 * LAYOUT.cell[0]
     words = [] if best is None else [(f"{best:.4g}", 0.45, "value"), (row["best_series"], 0.8, "kind")]
@@ -253,10 +255,10 @@ def _cell(
 def _is_step(one: dict[str, Any] | None, other: dict[str, Any] | None) -> bool:
     if one is None or other is None or "answers" not in (one["status"], other["status"]):
         return False
-    return _kind(one) != _kind(other)
+    return _series_and_family(one) != _series_and_family(other)
 
 
-def _kind(row: dict[str, Any]) -> tuple[Any, Any]:
+def _series_and_family(row: dict[str, Any]) -> tuple[Any, Any]:
     return row["best_series"], row["best_family"]
 
 

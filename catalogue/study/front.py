@@ -104,7 +104,7 @@ def _chart(
     points: Sequence[tuple[float, float]], first: Sequence[int], series: Sequence[str], titles: tuple[str, str]
 ) -> Markup:
     """Draw points over two axes with scales, and a line through those of the first front."""
-    scales = [_scale([one[axis] for one in points]) for axis in (0, 1)]
+    scales = [_axis_scale([one[axis] for one in points]) for axis in (0, 1)]
     (low_x, high_x, ticks_x), (low_y, high_y, ticks_y) = scales
     right, foot = FRAME.width - FRAME.margin, FRAME.height - FRAME.below
 
@@ -138,7 +138,7 @@ def _chart(
     return element("svg", *parts, width=size[0], height=size[1], viewBox=f"0 0 {size[0]} {size[1]}", role="img")
 
 
-def _scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
+def _axis_scale(values: Sequence[float]) -> tuple[float, float, list[float]]:
     """Return the ends of an axis, a little beyond its values, and round values in between."""
     low, high = min(values), max(values)
     margin = 0.06 * (high - low) or 0.05 * abs(high) or 1.0

@@ -103,7 +103,7 @@ def read(file: str | PathLike[str]) -> list[Request]:
     path = expanded(Path(file))
     try:
         if path.suffix == ".toml":
-            return _of_toml(path, tomllib.loads(path.read_text("utf-8-sig")))
+            return _requests_of_toml(path, tomllib.loads(path.read_text("utf-8-sig")))
         if path.suffix == ".csv":
             import pandas as pd
 
@@ -123,7 +123,7 @@ def read(file: str | PathLike[str]) -> list[Request]:
     return _some(path, found)
 
 
-def _of_toml(path: Path, given: dict[str, Any]) -> list[Request]:
+def _requests_of_toml(path: Path, given: dict[str, Any]) -> list[Request]:
     axes, rows = given.pop("grid", None), given.pop("request", None)
     if (axes is None) == (rows is None):
         raise InvalidRequest("a study has a table [grid], or requests [[request]]")

@@ -95,9 +95,9 @@ class Run:
     def run(self) -> None:
         """Run all remaining rounds."""
         self._first_round()
-        self._again()
+        self._repeat_unanswered()
         for place in range(2, 2 + STUDY.back):
-            if not self._back(place):
+            if not self._repeat_improvable(place):
                 break
         self._advise(2 + STUDY.back)
 
@@ -120,16 +120,16 @@ class Run:
                     free.append(one)
             return free
 
-        self._tasks(0, ready, len(waiting), self._warm, finished)
+        self._tasks(0, ready, len(waiting), self._warm_starts, finished)
 
-    def _warm(self, number: int) -> Starts:
+    def _warm_starts(self, number: int) -> Starts:
         """Return the answers to the nearest tighter requests, as starts."""
         starts: list[str] = []
         for place, near in enumerate(self.nearest[number][: WARM.neighbours]):
             starts += self._kept(near, 0, None if not place else WARM.each)
         return list(dict.fromkeys(starts)), bool(starts)
 
-    def _again(self) -> None:
+    def _repeat_unanswered(self) -> None:
         """Repeat requests without an answer, from the answers to the nearest looser ones."""
         state = self.file.done(before=1)
         near: defaultdict[int, list[int]] = defaultdict(list)
@@ -144,9 +144,9 @@ class Run:
 
         self._round(1, wanted, starts)
 
-    def _back(self, place: int) -> bool:
+    def _repeat_improvable(self, place: int) -> bool:
         """Repeat requests for which a tighter one has a better answer; return False without."""
-        better = self._better(place)
+        better = self._better_tighter(place)
         if not better:
             return False
         state = self.file.done(before=place)
@@ -158,11 +158,11 @@ class Run:
         self._round(place, [*better], starts)
         return True
 
-    def _better(self, place: int) -> dict[int, int]:
+    def _better_tighter(self, place: int) -> dict[int, int]:
         """Return, by request, the number of a tighter one whose answer is better."""
         state = self.file.done(before=place)
         answered = {number: round_ for number, (round_, status, _) in state.items() if status == "answers"}
-        judged = self._judged(answered)
+        judged = self._cost_by_ranking(answered)
         found = {}
         for index, below, _ in self.order.tighter():
             number = self.numbers[index]
@@ -181,7 +181,7 @@ class Run:
         request = self.request[number]
         return request.path, (request.rank_by, request.desires, request.constraints.play)
 
-    def _judged(self, answered: Mapping[int, int]) -> dict[tuple[Any, Any], dict[int, float]]:
+    def _cost_by_ranking(self, answered: Mapping[int, int]) -> dict[tuple[Any, Any], dict[int, float]]:
         """Compute the costs of the best answers by their own and all looser rankings."""
         wanted: defaultdict[tuple[Any, Any], dict[int, None]] = defaultdict(dict)
         judge: dict[tuple[Any, Any], int] = {}

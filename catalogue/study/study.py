@@ -215,7 +215,7 @@ class Study:
         """Return a request of the study by its number, from 1, with its result."""
         requests = self._file.requests()
         if not requests:
-            raise self._empty
+            raise self._empty_error
         number = whole("number", number, 1, len(requests))
         request = Request.from_json(requests[number])
         state = self._file.done().get(number)
@@ -231,7 +231,7 @@ class Study:
         return Cell(number, request, state[1], row.reason or "", advice, tuple(records))
 
     @property
-    def _empty(self) -> InvalidRequest:
+    def _empty_error(self) -> InvalidRequest:
         return InvalidRequest(f"{self.path} has no requests: give the study some")
 
     def answer(self, code: str) -> Candidate:
@@ -312,7 +312,7 @@ class Study:
 
         columns = self._table()
         if not columns:
-            raise self._empty
+            raise self._empty_error
         few = len(columns["number"]) <= LAYOUT.drawn
         keys = {number: place for number, (place, _, _) in self._file.done().items()} if few else {}
         best = {number: records[0] for number, records in self._file.records(keys, 1).items() if records}
