@@ -49,7 +49,7 @@ class CollectionContract:
 
     def specimens(self, family: str) -> list[Specimen]:
         """Draw specimens of a family."""
-        found = list(_drawn(self.collection.draw, family, self.count))
+        found = list(_draw(self.collection.draw, family, self.count))
         assert found, f"{family}: {self.count} mechanisms guide nothing"
         return found
 
@@ -68,7 +68,7 @@ class CollectionContract:
     @pytest.mark.parametrize("kind", ["line", "circle"])
     def test_what_is_stored_is_measured_again_at_any_stroke(self, family: str, kind: str) -> None:
         some = [s for s in self.specimens(family) if s.kind == kind and s.deviation <= 0.1]
-        found = self.collection.measure([s.parameters for s in some], _wish(kind))
+        found = self.collection.measure([s.parameters for s in some], _request(kind))
         assert len(found) == len(some)
         for s, m in zip(some, found, strict=True):
             assert m.reason == ""
@@ -81,7 +81,7 @@ class CollectionContract:
     def test_a_given_radius_is_kept(self, family: str) -> None:
         """An arc of given radius deviates no less than one of free radius."""
         some = [s.parameters for s in self.specimens(family) if s.kind == "circle" and s.deviation <= 0.02]
-        for best, one in zip(self.collection.measure(some, _wish("circle")), some, strict=True):
+        for best, one in zip(self.collection.measure(some, _request("circle")), some, strict=True):
             assert best.radius is not None
             for radius in (0.98 * best.radius, 1.05 * best.radius, 3 * best.radius):
                 if 1.9 * radius < OTHER.stroke:
@@ -93,21 +93,21 @@ class CollectionContract:
     @pytest.mark.parametrize("kind", ["line", "circle"])
     def test_what_is_laid_stays_where_it_is(self, family: str, kind: str) -> None:
         some = [s.parameters for s in self.specimens(family) if s.kind == kind and s.deviation <= 0.1]
-        laid = self.collection.measure(some, _wish(kind))
-        again = self.collection.measure([m.parameters for m in laid], _wish(kind))
+        laid = self.collection.measure(some, _request(kind))
+        again = self.collection.measure([m.parameters for m in laid], _request(kind))
         for one, other in zip(laid, again, strict=True):
             assert json.dumps(dict(one.parameters), allow_nan=False)
             assert other.deviation == pytest.approx(one.deviation, rel=OTHER.close, abs=1e-12 * OTHER.stroke)
-            for a, b in zip(_flat(one.parameters), _flat(other.parameters), strict=True):
+            for a, b in zip(_flatten(one.parameters), _flatten(other.parameters), strict=True):
                 assert b == pytest.approx(a, rel=1e-6, abs=1e-6 * OTHER.stroke)
 
     def test_nothing_is_measured_of_nothing(self) -> None:
-        assert list(self.collection.measure([], _wish("line"))) == []
+        assert list(self.collection.measure([], _request("line"))) == []
 
     def test_a_piece_is_drawn(self, family: str, tmp_path: Path) -> None:
         pytest.importorskip("matplotlib")
         s = self.specimens(family)[0]
-        (m,) = self.collection.measure([s.parameters], _wish(s.kind))
+        (m,) = self.collection.measure([s.parameters], _request(s.kind))
         tags = self.collection.classify(m.parameters)
         where = tags.family, tags.series, tags.configuration, tags.special
         piece = CollectionCandidate(
@@ -118,11 +118,11 @@ class CollectionContract:
 
 
 @lru_cache
-def _drawn(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
+def _draw(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
     return tuple(draw(family, np.random.default_rng(1), count))
 
 
-def _wish(kind: str) -> PathRequest:
+def _request(kind: str) -> PathRequest:
     return (
         StraightLine(OTHER.stroke, 0.1 * OTHER.stroke)
         if kind == "line"
@@ -130,10 +130,10 @@ def _wish(kind: str) -> PathRequest:
     )
 
 
-def _flat(value: object) -> list[float]:
+def _flatten(value: object) -> list[float]:
     """Return all numbers of plain data, in order."""
     if isinstance(value, dict):
         value = list(value.values())
     if isinstance(value, list | tuple):
-        return [number for item in value for number in _flat(item)]
+        return [number for item in value for number in _flatten(item)]
     return [float(value)] if isinstance(value, int | float) else []

@@ -31,7 +31,7 @@ class GuidesContract(Contract):
 
     def test_guides_touch_the_finite_motion_to_their_order(self, member: Member) -> None:
         for sample in self.samples(member):
-            for i, guides in _measured(sample).items():
+            for i, guides in _select_elements(sample).items():
                 terms = taylor(sample.pivots[i], [g.pairs[i] for g in guides])
                 gaps = largest_gap(sample.pivots[i], [g.pairs[i] for g in guides if np.asarray(g.order)[i] == EXACT])
                 for g, c in zip(guides, terms, strict=True):
@@ -79,7 +79,7 @@ class GuidesContract(Contract):
                 holds(sample, ~alien, f"{g.label} is no principal pair of the instant")
 
 
-def _measured(sample: Sample) -> dict[int, list[Guided]]:
+def _select_elements(sample: Sample) -> dict[int, list[Guided]]:
     """Select the guided elements to measure: each one at its first real places, by linkage."""
     finite = [(g, real(g)) for g in sample.guided]
     numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[: GUIDE_TEST.measured]})
