@@ -124,7 +124,7 @@ class Page:
         found: asked.Answers = await self.ask(request, key, task, wish.request, wish.starts, quick=quick)
         return found
 
-    async def _found(self, request: Request) -> dict[str, Any]:
+    async def _search_values(self, request: Request) -> dict[str, Any]:
         """Return the values to render for a search: answers and request, or the error."""
         given = request.query_params.multi_items()
         try:
@@ -145,7 +145,7 @@ class Page:
         """Show the form with its answers; those of an example for an empty form."""
         given = request.query_params.multi_items()
         asking = any(name in self.form.fields for name, _ in given)
-        found = await self._found(request) if asking else {"error": "", "field": ""}
+        found = await self._search_values(request) if asking else {"error": "", "field": ""}
         values: dict[str, list[str]] = {}
         for name, value in given if asking else EXAMPLE.items():
             values.setdefault(name, []).append(value)
@@ -163,7 +163,7 @@ class Page:
 
     async def answers(self, request: Request) -> Response:
         """Show the answers alone, for the script."""
-        found = await self._found(request)
+        found = await self._search_values(request)
         picked = request.query_params.getlist("pick")
         return self.show("answers.html", request, 400 if found["error"] else 200, picked=picked, **found)
 
@@ -211,7 +211,7 @@ class Page:
         """Show the user's own linkage, typed or dragged."""
         found, error = None, ""
         try:
-            found = await self._own(request)
+            found = await self._measure_own(request)
         except CatalogueError as fault:
             error = str(fault)
         given = request.query_params
@@ -231,7 +231,7 @@ class Page:
     async def measured(self, request: Request) -> Response:
         """Show measurements of an own linkage, for the script; no drawing while it is dragged."""
         try:
-            found = await self._own(request)
+            found = await self._measure_own(request)
         except CatalogueError as fault:
             return JSONResponse({"error": str(fault)}, 400)
         shown = self.show("measured.html", request, own=found)
@@ -246,7 +246,7 @@ class Page:
             }
         )
 
-    async def _own(self, request: Request) -> Own:
+    async def _measure_own(self, request: Request) -> Own:
         given = request.query_params
         if "linkage" in given:
             arguments = tuple(given.get(name, "") for name in ("linkage", "x", "y", "stroke"))

@@ -26,30 +26,30 @@ class ImpatientProtocol(H11Protocol):
         """Keep the timer running while a request is incomplete."""
         super().data_received(data)
         if self.conn.their_state not in (h11.IDLE, h11.SEND_BODY):
-            self._settle()
+            self._stop_timer()
         elif self._waiting is None:
             self._wait()
 
     def pause_writing(self) -> None:
         """Start the timer for the client to read the response."""
         super().pause_writing()
-        self._settle()
+        self._stop_timer()
         self._wait()
 
     def resume_writing(self) -> None:
         """Stop the timer."""
         super().resume_writing()
-        self._settle()
+        self._stop_timer()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Stop the timer."""
-        self._settle()
+        self._stop_timer()
         super().connection_lost(exc)
 
     def _wait(self) -> None:
         self._waiting = self.loop.call_later(PATIENCE, self._hang_up)
 
-    def _settle(self) -> None:
+    def _stop_timer(self) -> None:
         if self._waiting is not None:
             self._waiting.cancel()
             self._waiting = None

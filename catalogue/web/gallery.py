@@ -47,14 +47,14 @@ def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
         except CatalogueError:  # a database built without named guides
             continue
         guides.append(
-            Plate(design.name, design.title, design.proportions, design.place, design.source, _drawn(one), one.series)
+            Plate(design.name, design.title, design.proportions, design.place, design.source, _draw(one), one.series)
         )
     best = _examples()
     series = []
     for one_series in catalogue.registry.series.values():
         code = one_series.code
         number = best.get(code)
-        drawn = NOTHING if number is None else _drawn(catalogue.guide(number).at(1.0))
+        drawn = NOTHING if number is None else _draw(catalogue.guide(number).at(1.0))
         inverse = "its own inverse" if one_series.inverse == code else f"inverse of {one_series.inverse}"
         line = f"{', '.join(one_series.families)}; {inverse}"
         name = "" if number is None else str(number)
@@ -62,7 +62,7 @@ def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
     return tuple(guides), tuple(series)
 
 
-def _drawn(one: Candidate) -> Markup:
+def _draw(one: Candidate) -> Markup:
     try:
         return drawing(one)
     except CatalogueError:

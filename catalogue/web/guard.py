@@ -1,4 +1,4 @@
-"""Access control of the page, and restrictions on what its responses may load.
+"""Access control of the page, and restrictions on the resources of its responses.
 
 The printed token earns a cookie, and only same-site requests with the cookie are answered: neither
 another user of this machine nor a foreign page can run a search or store an answer.
@@ -71,9 +71,9 @@ class Guard:
                 ]
             await send(message)
 
-        await (self._answer(scope) or self.app)(scope, receive, guarded)
+        await (self._immediate_response(scope) or self.app)(scope, receive, guarded)
 
-    def _answer(self, scope: Scope) -> Response | None:
+    def _immediate_response(self, scope: Scope) -> Response | None:
         """Return an immediate response, a refusal or an admission by token; else None."""
         given = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         query = scope["query_string"].decode("latin-1")
@@ -81,14 +81,14 @@ class Guard:
             return PlainTextResponse(f"this address is longer than {MAX_ADDRESS} letters: ask the command", 414)
         said = parse_qsl(query, keep_blank_values=True)
         if scope["path"] == "/" and (tokens := [value for name, value in said if name == TOKEN]):
-            return self._entered(tokens[-1], [pair for pair in said if pair[0] != TOKEN])
+            return self._admit(tokens[-1], [pair for pair in said if pair[0] != TOKEN])
         if given.get("sec-fetch-site", "") not in OWN:
             return PlainTextResponse("asked for by another site: open the page itself", 403)
-        if not self._knows(given.get("cookie", "")):
+        if not self._has_cookie(given.get("cookie", "")):
             return PlainTextResponse("open the address that `catalogue serve` has printed: it holds the token", 403)
         return None
 
-    def _entered(self, token: str, said: list[tuple[str, str]]) -> Response:
+    def _admit(self, token: str, said: list[tuple[str, str]]) -> Response:
         """Set the cookie, and redirect to the request."""
         if token in self._once:
             self._once.remove(token)
@@ -103,7 +103,7 @@ class Guard:
         page.set_cookie(self._cookie, self._token, httponly=True, samesite="strict", path="/")
         return page
 
-    def _knows(self, cookies: str) -> bool:
+    def _has_cookie(self, cookies: str) -> bool:
         try:
             found = SimpleCookie(re.sub(r"[^\x20-\x7e]", "", cookies)).get(self._cookie)
         except CookieError:

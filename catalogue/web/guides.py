@@ -224,7 +224,7 @@ COMPARED = (*RISING, "Travel", "Expected", "Sensitivity rms")
 
 
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
-    """List the measured numbers that the card leaves out."""
+    """List the measured numbers that the card omits."""
     rows = sorted((row for row in QUANTITIES if row.page), key=lambda row: row.page)
     more = {LENGTH: ("expected",), DEGREES: (), RATIO: ("sensitivity_rms", "drift", "gap", "score")}
     shown = [Number("Stroke", figure(one.stroke, 6), "length")]

@@ -85,14 +85,14 @@ def measured(linkage: str, x: str, y: str, stroke: str, unit: str, settled: bool
     shown.append(Number("Stroke", figure(length, 5), "length"))
     run = one.run(whole=True)
     path = _places(run.path(run.polyline()))
-    stretch, told, drawn, error = (_settled if settled else _dragged)(one, length)
+    stretch, told, drawn, error = (_search_all_circuits if settled else _search_current_circuit)(one, length)
     return Own(str(one.linkage.family[0]), one.pivots, one.guided, path, stretch, (*shown, *told), drawn, error)
 
 
 Found = tuple[list[list[float]], list[Number], Card | None, str]
 
 
-def _settled(one: OwnGuide, stroke: float) -> Found:
+def _search_all_circuits(one: OwnGuide, stroke: float) -> Found:
     """Find the straightest stretch on all circuits, with numbers and card, or the error."""
     try:
         found = one.measure(stroke=stroke, limit=1)
@@ -108,7 +108,7 @@ def _settled(one: OwnGuide, stroke: float) -> Found:
     return _places(run.path(run.polyline())), told, card(best, found.remember()[0], drawing(best)), ""
 
 
-def _dragged(one: OwnGuide, stroke: float) -> Found:
+def _search_current_circuit(one: OwnGuide, stroke: float) -> Found:
     """Find the straightest stretch on the current circuit, without card, while dragging."""
     here, point = circuits(one.linkage)[:1], np.array([complex(*one.guided)])
     found = straightest(here, point, np.array([stroke]), circle=False, count=1)
