@@ -127,11 +127,11 @@ def solve(posed: Posed) -> Array | None:
         pole = start + axis * 2 * dot(axis, circle_through(start, one, two) - start)
         found.append((pole, dot(axis, posed.point - pole) / dot(axis, start - pole)))
     if posed.path != "slot":
-        found += _by_symmetry(posed, start)
+        found += _symmetric_solutions(posed, start)
     return four_bars(posed.pivots, [(q + h * (one - q), q + h * (two - q)) for q, h in found])
 
 
-def _by_symmetry(posed: Posed, start: Array) -> list[tuple[Array, Array]]:
+def _symmetric_solutions(posed: Posed, start: Array) -> list[tuple[Array, Array]]:
     """Solve for poles and ratios of linkages with fixed pivots symmetric to the axis, at +-w."""
     (one, two), axis = posed.pivots.T, posed.axis
     w, foot = 0.5 * np.abs(one - two), 0.5 * (one + two)

@@ -83,12 +83,12 @@ def solve(posed: Posed) -> Array | None:
     to order 4.
     """
     if posed.given == "moving" and posed.path == "slot":
-        x, y = _plan(posed)
+        x, y = _pivot_coordinates(posed)
         foot = (x[0] * y[0] - x[1] * y[1]) / (y[0] - y[1])
         fixed = [posed.centre + posed.axis * (foot + 1j * y[i]) for i in (0, 1)]
         return four_bars(posed.pivots, [(fixed[0], fixed[1])])[..., ::-1, :]
     if posed.given == "fixed" and posed.path == "circle":
-        x, y = _plan(posed)
+        x, y = _pivot_coordinates(posed)
         axis_height = (y[0] + y[1]) / 3  # mean of the three
         run = np.abs(posed.point - posed.centre) * -axis_height / (y - axis_height)
         run = np.where((np.abs(x) < 1e-9 * np.abs(y).sum(0)).all(0), run, np.nan)
@@ -98,7 +98,7 @@ def solve(posed: Posed) -> Array | None:
     return None
 
 
-def _plan(posed: Posed) -> tuple[Array, Array]:
+def _pivot_coordinates(posed: Posed) -> tuple[Array, Array]:
     """Return the given pivots along and across the axis, from the centre, shape (2, n) each."""
     local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T
     return local.real, local.imag

@@ -74,7 +74,7 @@ def planar(kinds: list[str], body: Array, axes: Array, size: float) -> bool:
     for normal in axes[flat]:
         kept = [i for i in flat if np.abs(np.cross(axes[i], normal)).max() < ONE]
         kept += [i for i in lines if abs(axes[i] @ normal) < ONE]
-        if _spread(body[kept], size):
+        if _is_not_collinear(body[kept], size):
             return True
     return False
 
@@ -90,12 +90,12 @@ def spherical(kinds: list[str], body: Array, axes: Array, origins: Array, series
         right = np.concatenate([r @ origins[i] for r, i in zip(rows, some, strict=True)])
         point, *_ = np.linalg.lstsq(np.concatenate(rows), right, rcond=None)
         off = np.abs(np.concatenate(rows) @ point - right).max()
-        if off < ONE * size and _spread(body[list(some)], size):
+        if off < ONE * size and _is_not_collinear(body[list(some)], size):
             return True
     return False
 
 
-def _spread(points: Array, size: float) -> bool:
+def _is_not_collinear(points: Array, size: float) -> bool:
     """Tell whether three of the points are not on a line."""
     if len(points) < 3:
         return False

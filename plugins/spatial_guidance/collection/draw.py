@@ -124,11 +124,11 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
     for circles, kind in enumerate(GAPS):
         some = np.flatnonzero((circles_ == circles) & (motion.reason == ""))
         if len(some):
-            out += _measured(given[some], motion[some], kind)
+            out += _specimens_of_strokes(given[some], motion[some], kind)
     return out
 
 
-def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
+def _specimens_of_strokes(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
     """Make specimens of the strokes whose deviation and metrics are within the limits.
 
     Their paths run from (0, 0, 0) to (1, 0, 0).
@@ -200,13 +200,13 @@ def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanism
     about = (kinds == ("circle", "circle", "sphere")).all(1) & (chance < 0.5) if family == "III" else np.zeros(n, bool)
     guides, at = [], np.full((n, len(shape), 2), np.nan)
     for i in range(len(shape)):
-        made, at[:, i] = _through(kinds[:, i], body[:, i], turn[:, i], rng)
-        guides.append(_about(made, at[:, i], body[:, i], point, about, rng) if about.any() else made)
+        made, at[:, i] = _guides_through(kinds[:, i], body[:, i], turn[:, i], rng)
+        guides.append(_keep_distance(made, at[:, i], body[:, i], point, about, rng) if about.any() else made)
     drivers = [(i, "u") for i in range(freedom)]
     return Mechanisms(body, guides, drivers), at, flat
 
 
-def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> tuple[Guides, Array]:
+def _guides_through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> tuple[Guides, Array]:
     """Place guides of given kinds through points x (n, 3).
 
     Return the guides and the coordinates (n, 2) of the points on them.
@@ -225,7 +225,7 @@ def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> t
     return Guides(kinds.tolist(), p, origin, turn), np.stack([u, np.where(curve, np.nan, w)], axis=1)
 
 
-def _about(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
+def _keep_distance(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
     """Modify the guides `where` to keep points x at a constant distance from a point."""
     shape, origin, turn = made.parameters.copy(), made.origin.copy(), made.quaternion.copy()
     axis = unit(rng.normal(size=x.shape))

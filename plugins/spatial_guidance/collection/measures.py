@@ -156,12 +156,12 @@ def measure(parameters: Sequence[Mapping[str, Any]], request: PathRequest) -> li
     out: list[Measured | None] = [None] * len(parameters)
     for index in alike(parameters):
         given = strokes([parameters[j] for j in index])
-        for j, measured in zip(index, _measured(given, request), strict=True):
+        for j, measured in zip(index, _place_and_measure(given, request), strict=True):
             out[j] = measured
     return [m for m in out if m is not None]
 
 
-def _measured(given: Strokes, request: PathRequest) -> list[Measured]:
+def _place_and_measure(given: Strokes, request: PathRequest) -> list[Measured]:
     """Place mechanisms by a first run, and measure them in a second."""
     wanted = request.sweep
     first = run(given)

@@ -109,7 +109,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             r = radius
         bound = np.full(len(x), np.nan)
         for final in [False] * (LAWSON.circle_frames - 1) + [True]:
-            rho, h, cos, sin, axes = _about(x, centre, normal, middle)
+            rho, h, cos, sin, axes = _cylindrical_coordinates(x, centre, normal, middle)
             ones, wide = np.ones_like(cos), np.maximum(np.abs(sin).max(1), 1e-12)[:, None]
             high = np.maximum((1 - cos).max(1), 1e-24)[:, None]
             basis = np.stack([ones, sin / wide, (1 - cos) / high], axis=1)
@@ -126,7 +126,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             e, f = axes[:, 0], axes[:, 1]
             centre = centre + side[:, None] * e + (a[:, 1] / wide[:, 0])[:, None] * f + lift[:, None] * normal
             normal = unit(normal - (tilt[:, :1] * e + tilt[:, 1:] * f) / r[:, None])
-        rho, h, *_ = _about(x, centre, normal, middle)
+        rho, h, *_ = _cylindrical_coordinates(x, centre, normal, middle)
         chord = last - first
         along = unit(chord)
         return Fit(
@@ -208,7 +208,9 @@ def frame(along: Array, side: Array) -> Array:
     return np.stack([along, second, np.cross(along, second)], axis=1)
 
 
-def _about(x: Array, centre: Array, normal: Array, middle: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _cylindrical_coordinates(
+    x: Array, centre: Array, normal: Array, middle: Array
+) -> tuple[Array, Array, Array, Array, Array]:
     """Compute cylindrical coordinates of paths about an axis.
 
     Return the distance from the axis, height, cosine and sine of the angle from the middle, and the

@@ -108,7 +108,7 @@ def _guides(ax: Any, given: Strokes, coordinates: Array, size: float) -> None:
             points = _points(kind, np.linspace(*ends, 120), np.zeros(120), p)
             ax.plot(*(origin[:, None] + frame @ points), color=CURVE, lw=1.6, zorder=3)
         else:
-            sides = [_reach(_unbroken(passed[:, axis], kind, axis), kind, axis, size) for axis in (0, 1)]
+            sides = [_reach(_unwrap_angles(passed[:, axis], kind, axis), kind, axis, size) for axis in (0, 1)]
             if kind.name == "plane":  # the chart of a plane has a pole: a rectangle looks better than a sector
                 sides, kind = _rectangle(passed, size)
             u, w = (v.ravel() for v in np.meshgrid(*(np.linspace(*e, VIEW.mesh) for e in sides)))
@@ -138,7 +138,7 @@ def _points(kind: Kind, u: Array, w: Array, p: Array) -> Array:
     return np.stack(np.broadcast_arrays(*kind.point(u, w, shape), u)[:3])
 
 
-def _unbroken(values: Array, kind: Kind, axis: int) -> Array:
+def _unwrap_angles(values: Array, kind: Kind, axis: int) -> Array:
     angle = "uw"[axis] not in kind.lengths and kind.spans[axis] == np.pi
     return np.unwrap(values) if angle else values
 

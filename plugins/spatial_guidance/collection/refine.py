@@ -48,12 +48,12 @@ def refine(parameters: Sequence[Parameters], request: PathRequest, _goal: Goal) 
     """
     out = list(parameters)
     for index in alike(parameters):
-        for i, p in zip(index, _refined([parameters[i] for i in index], request), strict=True):
+        for i, p in zip(index, _refine([parameters[i] for i in index], request), strict=True):
             out[i] = p
     return out
 
 
-def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
+def _refine(given: list[Parameters], request: PathRequest) -> list[Parameters]:
     """Refine mechanisms of one class with the same drivers together."""
     first = measure(given, request)
     now, best, tags = list(given), list(first), [classify(p) for p in given]
@@ -65,10 +65,10 @@ def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
     for _ in range(DESCENT.steps):
         if not open_:
             break
-        tried = _tried([(now[i], turns[i], float(sizes[i])) for i in open_], request)
+        tried = _measure_steps([(now[i], turns[i], float(sizes[i])) for i in open_], request)
         going = []
         for i, found in zip(open_, tried, strict=True):
-            better = [(m, p) for m, p in found if _keeps(m, first[i]) and m.deviation < best[i].deviation]
+            better = [(m, p) for m, p in found if _is_acceptable(m, first[i]) and m.deviation < best[i].deviation]
             better = [(m, p) for m, p in better if _same(tags[i], classify(p))]
             if better:
                 before = best[i].deviation
@@ -79,7 +79,7 @@ def _refined(given: list[Parameters], request: PathRequest) -> list[Parameters]:
     return now
 
 
-def _keeps(m: Measured, first: Measured) -> bool:
+def _is_acceptable(m: Measured, first: Measured) -> bool:
     """Tell whether a mechanism nearly keeps size, conditioning and range of its drive."""
     if m.reason:
         return False
@@ -95,7 +95,7 @@ def _same(one: Any, other: Any) -> bool:
     return one.series == other.series and set(one.special) <= set(other.special)
 
 
-def _tried(
+def _measure_steps(
     given: list[tuple[Parameters, Array, float]], request: PathRequest
 ) -> list[list[tuple[Measured, Parameters]]]:
     """Measure the mechanisms that result from steps of each damping.
@@ -104,7 +104,7 @@ def _tried(
     """
     varied, counts = [], []
     for p, turn, size in given:
-        count = 3 * len(_groups(p)) + 4
+        count = 3 * len(_coincident_points(p)) + 4
         varied += [
             _moved(p, v, turn, size) for v in np.concatenate([np.zeros((1, count)), DESCENT.difference * np.eye(count)])
         ]
@@ -123,12 +123,14 @@ def _tried(
 def _steps(motion: Motion, request: PathRequest) -> list[Array]:
     """Compute the step of each damping, by finite differences of the motion."""
     chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
-    off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))
+    off = _distances(
+        motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep)
+    )
     u, s, v = np.linalg.svd(((off[1:] - off[0]) / DESCENT.difference).T, full_matrices=False)
     return [-(v.T * (s / (s * s + (d * s[0]) ** 2))) @ (u.T @ off[0]) for d in DAMPINGS]
 
 
-def _off(path: Array, fit: Fit) -> Array:
+def _distances(path: Array, fit: Fit) -> Array:
     """Compute the distances of paths from their lines or circles, shape (n, 2 f) [strokes]."""
     local = (path - fit.start[:, None]) @ np.swapaxes(fit.axes, 1, 2)
     side = local[..., 1]
@@ -138,7 +140,7 @@ def _off(path: Array, fit: Fit) -> Array:
     return np.asarray(np.concatenate([side, local[..., 2]], axis=1) / fit.stroke[:, None])
 
 
-def _groups(p: Parameters) -> list[list[int]]:
+def _coincident_points(p: Parameters) -> list[list[int]]:
     """Group the points of the body that coincide."""
     found: dict[tuple[float, ...], list[int]] = {}
     for i, point in enumerate(p["body"]):
@@ -148,7 +150,7 @@ def _groups(p: Parameters) -> list[list[int]]:
 
 def _moved(p: Parameters, v: Array, turn: Array, size: float) -> Parameters:
     """Displace points with their guides, the guided point and the end of the drive."""
-    groups = _groups(p)
+    groups = _coincident_points(p)
     body, guides = np.array(p["body"]), [dict(g) for g in p["guides"]]
     for points, d in zip(groups, size * v[:-4].reshape(-1, 3), strict=True):
         for i in points:
