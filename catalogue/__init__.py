@@ -9,7 +9,7 @@ Names are loaded when they are first used; see README.md.
 
 from __future__ import annotations
 
-from .interrupt import IS_COMMAND  # imported first: what follows takes time
+from .interrupt import IS_COMMAND  # imported first: the other imports are slow
 
 # isort: split
 from importlib import import_module
@@ -140,7 +140,7 @@ __all__ = [
 ]
 
 
-if not TYPE_CHECKING:  # type checkers must know the names above and no others
+if not TYPE_CHECKING:  # type checkers use the imports above
 
     def __getattr__(name: str) -> Any:
         if name in _HOME:

@@ -34,7 +34,7 @@ class InvalidRequest(CatalogueError, ValueError):
 
 
 class CannotDrive(InvalidRequest):
-    """A drive that does not determine the motion: its scalar stands still, or freedoms remain."""
+    """A drive that does not determine the motion: its scalar is stationary, or freedoms remain."""
 
 
 class NotMovable(InvalidLinkage):
@@ -62,7 +62,7 @@ class PluginError(CatalogueError):
 
 
 class WorkerKilled(PluginError):
-    """The system killed a worker process at every attempt, most likely for want of memory."""
+    """The system killed a worker process at every attempt, most likely for lack of memory."""
 
 
 class EngineError(CatalogueError):
@@ -82,7 +82,7 @@ class MissingExtra(CatalogueError, ImportError):
 
 
 class PluginWarning(UserWarning):
-    """A plugin was left out; the text names it and says why."""
+    """A plugin was rejected; the text names it and the reason."""
 
 
 def one_line(error: BaseException) -> str:
@@ -111,7 +111,7 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, longest: int) -> str:
-    """Return printable text on one line, its middle left out beyond `longest` characters."""
+    """Return printable text on one line; a text above `longest` characters loses its middle."""
     half = (longest - 3) // 2
     line = printable(" ".join(text.split()))
     return line if len(line) <= longest else f"{line[:half]}...{line[-half:]}"

@@ -86,7 +86,7 @@ def _folder() -> str:
 
 @contextmanager
 def uncounted() -> Iterator[None]:
-    """Work for this program inside plugin code, such as compiling: the limit does not count it."""
+    """Exempt work of this program inside plugin code, such as compiling, from the time limit."""
     start, alarms = time.monotonic(), [*_Alarm.running]
     for alarm in alarms:
         alarm.held += 1
@@ -119,7 +119,7 @@ class _Alarm:
 
     def __init__(self, limit: float, where: str) -> None:
         self.limit, self.where, self.rang = limit, where, False
-        self.end, self.held = time.monotonic() + limit, 0  # while it is held it does not ring
+        self.end, self.held = time.monotonic() + limit, 0  # above 0 the alarm is suspended
         self.over = threading.Event()
         main = threading.current_thread() is threading.main_thread()
         self.thread = threading.Thread(target=self.ring, daemon=True) if main else None
@@ -146,7 +146,7 @@ class _Alarm:
         if self.thread is not None:
             try:
                 self.thread.start()
-            except RuntimeError:  # a full process table, or Python in a browser: then the code runs unwatched
+            except RuntimeError:  # full process table, or Python in a browser: the code runs without watchdog
                 self.thread = None
                 return self
             self.handler = signal.getsignal(signal.SIGINT)
@@ -165,7 +165,7 @@ class _Alarm:
                 self.over.set()
                 self.thread.join()
                 if self.rang:
-                    time.sleep(0.01)  # for a Ctrl-C that is still on its way
+                    time.sleep(0.01)  # for a pending Ctrl-C
                 if self.handler is not None:  # None: the handler was installed by a C library
                     signal.signal(signal.SIGINT, self.handler)
                 self.running[:] = [alarm for alarm in self.running if alarm is not self]

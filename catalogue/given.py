@@ -23,7 +23,7 @@ from .errors import CatalogueError, InvalidRequest, quoted
 
 T = TypeVar("T")
 
-#: Largest whole number accepted: a double represents every integer up to here, not beyond.
+#: Largest accepted whole number: doubles represent all integers up to it.
 LARGEST = 2**53
 #: Range of accepted lengths: a thousandth and a thousand times a length are still normal doubles.
 RANGE = 1e-305, 1e304
@@ -158,15 +158,15 @@ def array(
         found = doubles(given)
     except (ValueError, MemoryError):
         found = None
-    if found is None or (shapes and not any(_fits(found.shape, shape) for shape in shapes)):
-        what = " or ".join(dict.fromkeys(_told(shape, finite) for shape in shapes or ((...,),)))
+    if found is None or (shapes and not any(_fits_shape(found.shape, shape) for shape in shapes)):
+        what = " or ".join(dict.fromkeys(_describe_shape(shape, finite) for shape in shapes or ((...,),)))
         raise wrong(f"{name} must be {what}, not {quoted(given) if found is None else f'of shape {found.shape}'}")
     if finite and not np.isfinite(found).all():
         raise wrong(f"{name} must be finite numbers, not {quoted(given)}")
     return found
 
 
-def _fits(shape: tuple[int, ...], wanted: tuple[int | EllipsisType | None, ...]) -> bool:
+def _fits_shape(shape: tuple[int, ...], wanted: tuple[int | EllipsisType | None, ...]) -> bool:
     if ... in wanted:
         before = wanted.index(...)
         after = len(wanted) - before - 1
@@ -176,7 +176,7 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | EllipsisType | None, ...])
     return len(shape) == len(wanted) and all(s > 0 if w is None else s == w for s, w in zip(shape, wanted, strict=True))
 
 
-def _told(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
+def _describe_shape(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
     """Describe an accepted shape in words."""
     numbers = "finite numbers" if finite else "numbers"
     if not shape:
@@ -236,12 +236,12 @@ class Stated:
     """Base of dataclasses that validate fields of type str, int, float and bool."""
 
     def __post_init__(self) -> None:
-        for field, name, read in _declared(type(self)):  # type: ignore[arg-type]  # a class can be hashed
+        for field, name, read in _declared_fields(type(self)):  # type: ignore[arg-type]  # a class can be hashed
             object.__setattr__(self, field, read(name, getattr(self, field)))
 
 
 @cache
-def _declared(kind: Any) -> list[tuple[str, str, Any]]:
+def _declared_fields(kind: Any) -> list[tuple[str, str, Any]]:
     """List the validated fields of a dataclass: field, name for messages, validator."""
     known = {name: _DECLARED[of] for name, of in field_types(kind).items() if of in _DECLARED}
     return [(name, f"{kind.__name__}.{name.rstrip('_')}", read) for name, read in known.items()]

@@ -24,7 +24,7 @@ def is_shared() -> bool:
 def is_whole() -> bool:
     """Tell whether the imported package is ours and unchanged."""
     imported = sys.modules.get(__name__.rpartition(".")[0])
-    return hasattr(imported, "IS_COMMAND") and (not is_shared() or not _broken())
+    return hasattr(imported, "IS_COMMAND") and (not is_shared() or not _broken_files())
 
 
 def fault() -> str:
@@ -32,13 +32,13 @@ def fault() -> str:
     if is_whole() and not is_shared():
         return ""
     other = "the distribution `catalogue`, which owns a package of the same name"
-    mend = f"`{_mending()}` mends it"
+    mend = f"`{_repair_command()}` mends it"
     if is_whole():
         return (
             f"{other}, is installed here and broken: `import catalogue` is mechanism-catalogue, which works; "
-            f"`{_mending()}` takes it away, a virtual environment for each keeps both"
+            f"`{_repair_command()}` takes it away, a virtual environment for each keeps both"
         )
-    broken = _broken() or ["catalogue/__init__.py"]
+    broken = _broken_files() or ["catalogue/__init__.py"]
     what = f"{len(broken)} of its files, {broken[0]} first," if len(broken) > 1 else f"its file {broken[0]}"
     verb = "are" if len(broken) > 1 else "is"
     cause = f"overwritten by {other}" if is_shared() else "missing or changed, as where another package was removed"
@@ -50,7 +50,7 @@ def _folder(name: str) -> Path | None:
     return next(_PACKAGE.parent.glob(f"{name}-*.*-info"), None)
 
 
-def _record(name: str) -> list[str]:
+def _recorded_files(name: str) -> list[str]:
     """Read the installed-files record of a distribution beside this package.
 
     Empty if there is none.
@@ -61,7 +61,7 @@ def _record(name: str) -> list[str]:
     return []
 
 
-def _broken() -> list[str]:
+def _broken_files() -> list[str]:
     """List our files that are missing or changed."""
     return [name for name, digest in _files() if _digest(_PACKAGE.parent / name) != digest]
 
@@ -71,8 +71,8 @@ def _files() -> Iterator[tuple[str, str]]:
 
     Only shared ones if the other distribution is installed.
     """
-    others = {line.rsplit(",", 2)[0] for line in _record(_OTHER)}
-    for line in _record(_OURS):
+    others = {line.rsplit(",", 2)[0] for line in _recorded_files(_OTHER)}
+    for line in _recorded_files(_OURS):
         name, digest, _ = line.rsplit(",", 2)
         if digest.startswith("sha256=") and (name in others or not others):  # compiled files have no digest
             yield name, digest.removeprefix("sha256=")
@@ -87,7 +87,7 @@ def _digest(file: Path) -> str:
     return ""
 
 
-def _mending() -> str:
+def _repair_command() -> str:
     """Return the command to remove the other distribution and reinstall ours from its source."""
     import json
     from shlex import quote

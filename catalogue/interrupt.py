@@ -29,4 +29,4 @@ def end(*_: object) -> None:
 
 if IS_COMMAND and getsignal(SIGINT) is default_int_handler:  # not where the parent shell ignores Ctrl-C
     signal(SIGINT, end)
-    register(signal, SIGINT, SIG_IGN)  # called last: after the answer there is nothing left to interrupt
+    register(signal, SIGINT, SIG_IGN)  # registered first, so called last: after the answer

@@ -87,7 +87,7 @@ def element(name: str, *content: str, **attributes: object) -> Markup:
         for key, value in attributes.items()
         if value is not None
     )
-    inner = _raw("".join(content)) if name in _RAW else join(content)
+    inner = _check_raw("".join(content)) if name in _RAW else join(content)
     if not inner and name in _CLOSED:
         return Markup(f"<{name}{told}/>")
     return Markup(f"<{name}{told}>{inner}</{name}>")
@@ -110,7 +110,7 @@ def _attribute(name: str, value: str) -> str:
     return f' {name}="{escape(_FORBIDDEN.sub(chr(0xFFFD), value))}"'
 
 
-def _raw(text: str) -> str:
+def _check_raw(text: str) -> str:
     if "<" in text or "&" in text:
         raise ValueError("a style or script must hold neither < nor &")
     return text

@@ -26,7 +26,7 @@ FUNCTION = "function"
 
 
 class Bound(NamedTuple):
-    """A bound on a quantity, with the criterion of the ranking on that side."""
+    """A bound on one side of a quantity, and the ranking criterion that favours this side."""
 
     name: str  #: keyword of `Constraints`; with hyphens the option
     is_upper: bool  #: whether it is the largest value allowed, else the least
