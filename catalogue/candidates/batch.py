@@ -16,7 +16,7 @@ from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
 from ..guidance.placement import PLACEMENT, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
 from ..guidance.slides import NOWHERE
-from ..guidance.trace import Traced, again
+from ..guidance.trace import Traced, retrace
 from ..guidance.wide_arc import WIDE_ARC, along_circuits, traced_about
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
@@ -118,7 +118,7 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
     with np.errstate(all="ignore"):  # the pole matters at change points, which are the reference position
         pole = np.where(there, -traced.fit.along.conj() / traced.fit.stroke * traced.fit.start, 0)
     over = problem.curved & (traced.fit.curvature > 0)
-    return flipped(linkage, point, pole, np.zeros(len(point), bool), over)
+    return flip(linkage, point, pole, np.zeros(len(point), bool), over)
 
 
 def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
@@ -126,7 +126,7 @@ def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Trac
     return measured(problem, origin, *place_on_path(problem, guides, traced))
 
 
-def flipped(
+def flip(
     linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask, stroke: float = 1.0
 ) -> tuple[Linkage, Complexes, Complexes]:
     """Reverse placed guides along the path (`reverse`), or mirror them in its line (`over`)."""
@@ -139,7 +139,7 @@ def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: b
     """Measure mirror images: in the middle of the path (`reverse`), in its line (`over`)."""
     n = len(found)
     sides = np.full(n, reverse), np.full(n, over)
-    seen = flipped(found.linkage, found.point, found.pole, *sides, problem.path.stroke)
+    seen = flip(found.linkage, found.point, found.pole, *sides, problem.path.stroke)
     return measured(problem, found.origin, *seen)
 
 
@@ -171,7 +171,7 @@ def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexe
     if problem.is_wide:
         return on_wide_arc(problem, origin, along_circuits(linkage, point))
     guides = coupler_curve(linkage, point, pole=pole, least=0.5)
-    return described(problem, origin, guides, _trace_over_stroke(problem, guides, extend=False))
+    return measure_traced(problem, origin, guides, _trace_over_stroke(problem, guides, extend=False))
 
 
 def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
@@ -189,10 +189,12 @@ def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes:
     shift = np.where(there, -scale * fit.start, 0.0)
     fit = replace(fit, start=np.where(there, 0j, fit.start), along=np.where(there, 1 + 0j, fit.along))
     laid = along_circuits(guides.linkage.moved(scale, shift), scale * guides.point + shift)
-    return described(problem, origin, laid, replace(traced, fit=fit))
+    return measure_traced(problem, origin, laid, replace(traced, fit=fit))
 
 
-def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCurve, traced: Traced) -> CandidateBatch:
+def measure_traced(
+    problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCurve, traced: Traced
+) -> CandidateBatch:
     """Measure traced guides in mid-stroke: all quantities that the problem bounds or ranks."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
@@ -253,7 +255,7 @@ def near_path(
         return on_wide_arc(problem, origin, moved)
     if nominal is not None:
         linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
-        return described(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
+        return measure_traced(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
     found = near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature)
     back = found.fit.along.real < 0  # guides keep their side of the path
     found = _reverse_traces(found, back)
@@ -266,7 +268,7 @@ def near_path(
     if moved.cusp.any():
         return measured(problem, origin, linkage, point, pole)
     here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
-    return described(problem, origin, here, _reverse_traces(traced, back))
+    return measure_traced(problem, origin, here, _reverse_traces(traced, back))
 
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
@@ -299,9 +301,9 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     guides = found.curve
     assert isinstance(guides, CouplerCurve)
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
-    traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
+    traced = retrace(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     if rigid:
-        traced = unscaled(traced)
+        traced = keep_lengths(traced)
     back = traced.fit.along.real < 0
     linkage, point, laid = placed(guides, _reverse_traces(traced, back), 1.0)
     still = guides.motion.branch != 0  # at a change point the pivots as given, with the pole, tell the branch
@@ -311,7 +313,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     fine = np.flatnonzero(traced.relative < PLACEMENT.fine)
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _trace_over_stroke(problem, here[fine]))
-    shown = described(problem, found.origin, here, traced)
+    shown = measure_traced(problem, found.origin, here, traced)
     return _measure_allowances(problem, shown)
 
 
@@ -325,7 +327,7 @@ def _pole(guides: CouplerCurve | CircuitCurve) -> Complexes:
     return np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
 
 
-def unscaled(traced: Traced) -> Traced:
+def keep_lengths(traced: Traced) -> Traced:
     """Set the fitted strokes to the requested one, so that placing changes no length."""
     return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 

@@ -20,7 +20,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.problem import Problem
 from ..problem.region import Region
 from ..quantities import BOUNDS, DEGREES, DRIVE_METRICS, DRIVES, MEASURES, SIZES, Bound
-from .batch import CandidateBatch, every_flip, flipped
+from .batch import CandidateBatch, every_flip, flip
 
 #: Regions of pivots, with the pivots (0 fixed, 1 moving) that they must contain. Rails count as
 #: fixed pivots, slots as moving ones.
@@ -117,7 +117,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     m = found.measures
     with np.errstate(all="ignore"):
         return {
-            **{row.criterion: in_costs(row, getattr(m, row.measure)) for row in SIZES},
+            **{row.criterion: fill_missing(row, getattr(m, row.measure)) for row in SIZES},
             "transmission": transmission(problem, found) / 90,
             "deviation": (np.nan_to_num(found.expected, nan=np.inf) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
@@ -129,7 +129,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
         }
 
 
-def in_costs(row: Bound, value: Floats) -> Floats:
+def fill_missing(row: Bound, value: Floats) -> Floats:
     """Replace missing values of a measure by the one that costs assume."""
     return value if row.absent is None else np.nan_to_num(value, nan=row.absent)
 
@@ -275,12 +275,12 @@ def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> d
     amounts = {}
     for name in PIVOT_REGIONS:
         if (region := getattr(problem.constraints, name)) is not None:
-            out = np.maximum(_distance_outside(region, standing(name, linkage, slides)), 0.0).sum(axis=1)
+            out = np.maximum(_distance_outside(region, region_places(name, linkage, slides)), 0.0).sum(axis=1)
             amounts[name] = out if region.is_convex else out + _excess_between_ends(region, name, linkage, slides)
     return amounts
 
 
-def standing(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
+def region_places(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
     """Return the places that a region of pivots must hold: pivots, and ends of rails and slots.
 
     Returns
@@ -335,7 +335,7 @@ def best_orientation(
     """
     best: tuple[Array, ...] | None = None
     for reverse, over in every_flip(problem, len(point)):
-        there, z, p = flipped(linkage, point, pole, reverse, over)
+        there, z, p = flip(linkage, point, pole, reverse, over)
         violations = pivot_violations(problem, there, mirrored_places(slides, 1.0, reverse, over)).values()
         total = np.sum([*violations, np.zeros(len(z))], axis=0)
         now = (total, there.pivots, z, p)

@@ -44,7 +44,7 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
     return np.asarray(unit / np.linalg.norm(unit, axis=-1, keepdims=True)).reshape(len(pivots), 4, 3)
 
 
-def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
+def equivalent_views(designs: Floats, *, mirror: bool) -> Floats:
     """Return all equivalent views of designs, unit vectors (m, k, 3).
 
     The views are those from the other side, with `mirror` also those mirrored in the path, and
@@ -64,7 +64,7 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     straight paths, they include views mirrored in the path. Shape (m, n), 0 to 1; rounding turns 0
     into up to 3e-8.
     """
-    poses = in_every_pose(some, mirror=mirror)
+    poses = equivalent_views(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
     step = max(1, SELECTION.block // max(len(some), 1))
     for start in range(0, len(others), step):
