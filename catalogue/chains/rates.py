@@ -31,7 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics.plane_vectors import cross
-from ..kinematics.rates import DEAD
+from ..kinematics.rates import DEAD_POINT_SINE
 from ..kinematics.types import Array, Complexes, Floats
 from .poses import Poses
 from .structure import PRP, RPP, RPR, RRP, RRR, Dyad, Link, Turn
@@ -225,7 +225,7 @@ class _Tangent:
 
     def _solve(self, e: Complexes, f: Complexes, r: Complexes) -> tuple[Floats, Floats]:
         sine = cross(e, f)
-        sine = np.where(np.abs(sine) > DEAD * np.abs(e) * np.abs(f), sine, np.nan)
+        sine = np.where(np.abs(sine) > DEAD_POINT_SINE * np.abs(e) * np.abs(f), sine, np.nan)
         x, y = cross(r, f) / sine, cross(e, r) / sine
         self.speeds.append((x, y))
         return x, y
