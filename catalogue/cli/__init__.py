@@ -82,7 +82,7 @@ def _outcome(guarded: bool) -> int:
         code = _report(str(error), error.exit_code)
     except (KeyboardInterrupt, click.Abort) as error:
         where = f" in {error}" if str(error) else ""
-        code = _report(interrupt.TOLD.replace(";", f"{where};"), interrupt.INTERRUPTED)
+        code = _report(interrupt.MESSAGE.replace(";", f"{where};"), interrupt.INTERRUPTED)
     except BrokenPipeError:
         code = _discard_output(UNREAD)
     except OSError as error:

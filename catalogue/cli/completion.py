@@ -18,7 +18,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 LATEST = 100
 
 
-def held(column: str) -> Complete:
+def complete_column(column: str) -> Complete:
     """Build a completer of the families, series or configurations in the database."""
 
     def offered(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest, MissingExtra
-from ..export.formats import ASSUMING, BINARY, FORMATS, SUFFIXES, Options, chosen
+from ..export.formats import BINARY, FORMATS, SUFFIXES, UNIT_FORMATS, Options, choose_format
 from ..export.write import check
 from ..folders import is_folder, replacing
 from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, SHARE, Argument, option, several, switch
@@ -138,7 +138,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
         return
     if format == "sqlite":
         raise InvalidRequest("sqlite holds all that is stored: leave out CODE")
-    kind = chosen(format, out)
+    kind = choose_format(format, out)
     if out is None and kind in BINARY:
         raise InvalidRequest(f"{kind} cannot be printed: name a file with --out")
     point, stroke = options.pop("point"), options.pop("stroke")
@@ -154,7 +154,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
         sys.stdout.write(str(made))
     else:
         print(f"written: {out}, {kind}", file=sys.stderr)
-    if kind in ASSUMING:
+    if kind in UNIT_FORMATS:
         warn_of_unit(every[0])
 
 

@@ -7,8 +7,8 @@ import click
 from ..problem.criteria import CRITERIA, DISTINCT
 from ..quantities import BOUNDS, DEGREES, DESIRED, DRIVES, RATIO, Bound
 from ..units import LENGTH
-from .completion import held
-from .options import COMMON, FAMILY, LIMIT, LONGER, ORDER, PINS_ONLY, SERIES, number, option, several, switch
+from .completion import complete_column
+from .options import COMMON, EFFORT_HELP, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number, option, several, switch
 from .tables import FORCE, OUTPUT, PICTURE
 from .units import DESIRE, UNIT, ZONE, angle, length
 
@@ -52,7 +52,7 @@ OPTIONS = (
         "--configuration",
         "LETTERS",
         "Only this configuration (where the pivots stand); may be repeated.",
-        shell_complete=held("configuration"),
+        shell_complete=complete_column("configuration"),
     ),
     ORDER,
     switch("--slots", "Guide a slot in the coupler over a fixed point; the path is seen from the coupler."),
@@ -110,7 +110,7 @@ OPTIONS = (
         int,
         show_default="a quarter of the limit",
     ),
-    option("--effort", "N", f"{LONGER}; 0: end with the first answers.", int, default=1),
+    option("--effort", "N", f"{EFFORT_HELP}; 0: end with the first answers.", int, default=1),
     switch(
         "--refine/--no-refine",
         "Optimise the pivots for the ranking, subject to the tolerance and all constraints.",

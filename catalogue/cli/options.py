@@ -11,7 +11,7 @@ from click.core import ParameterSource
 
 from ..problem.criteria import ANSWERS
 from ..units import decimal
-from .completion import held
+from .completion import complete_column
 
 #: A file or a folder, existing or not.
 PATH: Any = click.Path(path_type=Path)
@@ -97,12 +97,12 @@ SHARE = option(
     callback=_share,
 )
 PLUGINS = several("--plugins", "DIR", "Folder with plugins, in addition to CATALOGUE_PLUGINS; may be repeated.")
-FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=held("family"))
-SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
+FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=complete_column("family"))
+SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=complete_column("series"))
 ORDER = option("--order", None, "Minimum order of contact at the design position (99: exact).", int, default=0)
 PINS_ONLY = switch("--pins-only", "Revolute joints only, no sliders.")
-LONGER = "Search N times as long, from more starting points"
-EFFORT = option("--effort", "N", f"{LONGER}.", int, default=1)
+EFFORT_HELP = "Search N times as long, from more starting points"
+EFFORT = option("--effort", "N", f"{EFFORT_HELP}.", int, default=1)
 LIMIT = option("--limit", "N", "Maximum number of answers.", int, default=ANSWERS)
 FORMAT = option(
     "--format",

@@ -15,7 +15,7 @@ from ..errors import InvalidRequest
 from ..folders import make_folder, replacing
 from ..markup import Markup, element, fill, join
 from ..progress import busy
-from .completion import held
+from .completion import complete_column
 from .options import PATH, PLUGINS, Argument, option
 from .tables import FORCE, FORCE_KEY, OUTPUT, refuse_existing
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
             "series",
             "SERIES",
             "Code of a series, such as II.xy or 'III*.KK', or a named design of the series.",
-            shell_complete=held("series"),
+            shell_complete=complete_column("series"),
         ),
         option("--out", "FILE", "File to write: PNG, SVG or PDF by suffix.", OUTPUT, show_default="CODE.svg, here"),
         FORCE,

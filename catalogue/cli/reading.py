@@ -24,7 +24,7 @@ from .units import UNITS
 #: Columns permitted beside link lengths, and ignored.
 NOTES = ("name", "note", "code", "id")
 #: Columns not permitted beside pivots.
-CONTRADICTING = {*LENGTHS, "branch", "across"}
+PIVOTS_EXCLUDE = {*LENGTHS, "branch", "across"}
 
 
 def read_text(file: str) -> str:
@@ -168,7 +168,7 @@ def _join(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
 
 def _pivots_and_point(place: str, given: dict[str, Any]) -> dict[str, Any]:
     """Return pivots and guided point, under any of the names of the point."""
-    if wrong := CONTRADICTING & {*given}:
+    if wrong := PIVOTS_EXCLUDE & {*given}:
         raise InvalidRequest(f"{place}: give `pivots` or `{min(wrong)}`, not both")
     points = [given[name] for name in ("guided", "point") if given.get(name) is not None]
     if "x" in given or "y" in given:

@@ -306,7 +306,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
     catalogue spatial fit axle.toml --out fitted.toml
     """
     from ..spatial import load
-    from ..spatial.fitting.files import fit_file, rewritten, write
+    from ..spatial.fitting.files import fit_file, fitted_tables, write
 
     job = load(file, points)
     found = fit_file(job, starts, steps, seed)
@@ -322,7 +322,7 @@ def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int
     for line in [*found.remarks(), *job.remarks()]:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     if out:
-        write(rewritten(job, found), out)
+        write(fitted_tables(job, found), out)
     return 0 if found.success else 1
 
 
