@@ -196,9 +196,9 @@ def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
         out["principal_pairs"][far] = polish_pairs(linkage[far], out["principal_pairs"][far])
     found = Curvature(**out)
     if branch is not None:
-        from .dead_points import branched  # imported late: it is built on this module
+        from .dead_points import both_branches  # imported late: it is built on this module
 
-        return branched(found, linkage, int(branch))
+        return both_branches(found, linkage, int(branch))
     return found
 
 

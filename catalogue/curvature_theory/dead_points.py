@@ -22,7 +22,7 @@ from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
 from .finite_pole import POLE
 
 
-def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
+def both_branches(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
     """Replace the instants of linkages at dead points by those of one branch.
 
     The branch is 0 or 1, or is selected by poles, complex (n,): the nearest one counts.

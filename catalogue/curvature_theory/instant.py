@@ -12,7 +12,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Texts, read_only
 from .analysis import Curvature, curvature
 from .configuration import configuration
-from .dead_points import branched
+from .dead_points import both_branches
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Instant:
     def curvature(self) -> Curvature:
         """Pole, axes, cubics of stationary curvature, principal pairs."""
         found = curvature(self.linkage)
-        found = found if self.pole is None else branched(found, self.linkage, self.pole)
+        found = found if self.pole is None else both_branches(found, self.linkage, self.pole)
         frozen: Curvature = mapped(read_only, found)
         return frozen
 
