@@ -10,7 +10,7 @@ from ..html_table import html_table
 from ..markup import NOTHING, Markup, element, join
 from .datasheet import EXACT_ORDER
 from .moving import moving_svg
-from .words import described, family
+from .words import describe_guide, family
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -49,7 +49,7 @@ COLUMNS = {
 
 def guide_html(guide: Guide) -> Markup:
     """Return an animated guide with one line of description."""
-    return element("div", moving_svg(guide, width=CARDS.width, layers=("names",)), element("p", described(guide)))
+    return element("div", moving_svg(guide, width=CARDS.width, layers=("names",)), element("p", describe_guide(guide)))
 
 
 def guide_png(guide: Guide) -> bytes | None:

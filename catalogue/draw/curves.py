@@ -12,7 +12,7 @@ from ..kinematics.types import Floats
 from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
 from ..units import LENGTH
 from .poses import output
-from .words import described, plain
+from .words import describe_guide, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -132,7 +132,7 @@ def draw_curves(guide: Guide, file: str | Path | None = None, *, unit: str | Non
     drive, shown = curves(guide)
     total = LAYOUT.title + LAYOUT.height * len(shown) + LAYOUT.labels
     figure = blank(LAYOUT.width, total)
-    title = described(guide)
+    title = describe_guide(guide)
     figure.text(
         LAYOUT.left / LAYOUT.width,
         1 - 0.45 / total,

@@ -18,7 +18,7 @@ from ..kinematics.linkage import PR
 from ..quantities import DEGREES, QUANTITIES, RATIO
 from ..units import ASSUMED, ASSUMPTION, LENGTH
 from .units import decimals, fixed, length
-from .words import asked, facts, family
+from .words import describe_path, facts, family
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -30,7 +30,7 @@ PAPERS = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 #: Half-width of a tolerance [standard deviations]: 95 % of normal errors are within.
 SIDES = 2
 #: Share of machines within tolerance at the allowance [%].
-SHARE = round(100 * PROBABILITY)
+PERCENT = round(100 * PROBABILITY)
 #: Order of contact of an exact guide.
 EXACT_ORDER = 99
 
@@ -201,7 +201,7 @@ def _note(guide: Guide, unit: str) -> str:
     if allowance <= 0:
         return "tolerances: none left, the guide uses up the requested deviation"
     told = f"standard deviation of pivot position {_two_digits(allowance)} {unit} in x and y"
-    keep = f"the allowance: {SHARE} % of machines within the deviation"
+    keep = f"the allowance: {PERCENT} % of machines within the deviation"
     if (share := getattr(guide, "kept_share", None)) is not None:
         keep += f"; {100 * share:.1f} % of 1000 simulated"
     return f"tolerances: ±{SIDES} standard deviations; {told} ({keep})"
@@ -294,6 +294,6 @@ def _ratio(value: float) -> str:
 
 def _provenance(guide: Guide, code: str) -> str:
     number = getattr(guide, "id", None)
-    parts = [f"code {code}", f"guide {number} of the catalogue" if number is not None else "", asked(guide)]
+    parts = [f"code {code}", f"guide {number} of the catalogue" if number is not None else "", describe_path(guide)]
     parts += ["" if guide.unit else ASSUMPTION, f"mechanism-catalogue {__version__}"]
     return " · ".join(part for part in parts if part)

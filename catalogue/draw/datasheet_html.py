@@ -11,11 +11,11 @@ from ..units import ASSUMED, millimetres
 from .curves import LAYOUT, Curve, Drive, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
-from .moving import drawing, posed
+from .moving import compute_poses, drawing
 from .moving_style import DARK, LIGHT, properties
 from .svg import Clock, number, polyline, text
 from .units import Scale, length
-from .words import described
+from .words import describe_guide
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -87,7 +87,7 @@ def sheet_html(guide: Guide, *, paper: str = "a4", unit: str | None = None, scal
     drive, shown = curves(here)
     return fill(
         _PAGE,
-        title=described(here, told.code),
+        title=describe_guide(here, told.code),
         light=properties(LIGHT),
         dark=properties(DARK),
         wide=number(wide),
@@ -110,7 +110,7 @@ def sheet_html(guide: Guide, *, paper: str = "a4", unit: str | None = None, scal
 def _drawing(guide: Guide, scale: str | None, wide: float, high: float) -> Markup:
     """Return the animated drawing in true millimetres with a scale bar."""
     unit = guide.unit or ASSUMED
-    shown, per = posed(guide), millimetres(unit)
+    shown, per = compute_poses(guide), millimetres(unit)
     room = high - 7
     fitting = largest_scale(shown.machine, wide, room, PAPER.point) / per
     to = Scale.named(scale) if scale is not None else Scale.fitting(fitting)
@@ -127,7 +127,7 @@ def _drawing(guide: Guide, scale: str | None, wide: float, high: float) -> Marku
         clock,
         ("names",),
         (),
-        described(guide),
+        describe_guide(guide),
         "sheet-",
         inside=bar,
         width=f"{number(wide)}mm",

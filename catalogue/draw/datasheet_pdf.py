@@ -48,7 +48,7 @@ def sheet_figure(guide: Guide, *, paper: str = "a4", unit: str | None = None, sc
     See `catalogue.Candidate.sheet`.
     """
     width, height = paper_of(paper)
-    told = fitting(content(here := guide.in_unit(unit), guide.code), height)
+    told = fit_to_page(content(here := guide.in_unit(unit), guide.code), height)
     figure = blank(width / INCH, height / INCH)
     page = _Page(figure, width, height)
     _draw_title(page, told)
@@ -62,7 +62,7 @@ def sheet_figure(guide: Guide, *, paper: str = "a4", unit: str | None = None, sc
     return figure
 
 
-def fitting(told: Content, height: float) -> Content:
+def fit_to_page(told: Content, height: float) -> Content:
     """Omit lengths and joints that do not fit on the page, and state their number."""
     most = ROOM.lines + int((height - PAGE.title - 2 - PAGE.below - ROOM.drawing) / PAGE.line)
 

@@ -22,7 +22,7 @@ from .moving_style import STYLE
 from .poses import POSE_COUNT, Poses, poses
 from .svg import Clock, number
 from .svg_machine import svg_machine
-from .words import described
+from .words import describe_guide
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -111,14 +111,14 @@ def moving_svg(
         raise InvalidRequest(f"there is no layer {unknown[0]!r} of a drawing; there are {', '.join(known)}")
     if not (0 < width < np.inf and (height is None or 0 < height < np.inf) and 0 < seconds < np.inf):
         raise InvalidRequest("width, height and seconds of a drawing must be positive")
-    shown = posed(guide, count, turn=turn, points=points)
+    shown = compute_poses(guide, count, turn=turn, points=points)
     frame = Frame.around(shown.machine, width, height, max(0.6, width * POINT))
     clock = Clock(seconds, shown.closed, shown.middle, still, shown.time)
     prefix = f"guide-{next(_numbers)}-" if prefix is None else prefix
-    return drawing(guide, shown, frame, clock, layers, hidden, title or described(guide), prefix, style=style)
+    return drawing(guide, shown, frame, clock, layers, hidden, title or describe_guide(guide), prefix, style=style)
 
 
-def posed(
+def compute_poses(
     guide: Guide,
     count: int | None = None,
     *,

@@ -15,12 +15,12 @@ from ..guides.kinds import has_bars, has_stroke
 from ..markup import NOTHING, Markup, element, join
 from ..units import ASSUMED, ASSUMPTION, millimetres
 from .frame import Frame, largest_scale, size_at
-from .moving import drawing, posed
+from .moving import compute_poses, drawing
 from .moving_layers import layers_of
 from .moving_style import colour
 from .svg import Clock, group, number, pair, text
 from .units import Scale, length
-from .words import described, facts, family, places
+from .words import describe_guide, facts, family, places
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -125,7 +125,7 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
     """
     guide = guide.in_unit(unit)
     unit = guide.unit or ASSUMED
-    shown = posed(guide)
+    shown = compute_poses(guide)
     # on a closed circuit the path is drawn already
     layers = [name for name in layers_of(guide) if name != "turn" or not shown.closed]
     per = millimetres(unit)
@@ -171,7 +171,7 @@ def moving_file(guide: Guide, *, unit: str | None = None, scale: str | None = No
         clock,
         layers,
         hidden,
-        described(guide, code),
+        describe_guide(guide, code),
         "guide-",
         clip=(head - 1, top),
         inside=join(inside),

@@ -97,9 +97,9 @@ def draw(
 def film(guide: Guide) -> bytes:
     """Draw an animated GIF of a guide, to and fro or round and round."""
     from ..paper import blank
-    from .moving import posed
+    from .moving import compute_poses
 
-    taken = posed(guide, error=FILM.error)
+    taken = compute_poses(guide, error=FILM.error)
     shown = taken.machine
     x0, y0, x1, y1 = shown.box
     border = 0.45

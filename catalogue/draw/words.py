@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: Largest deviation of an exact guide, by rounding [strokes].
 EXACT_DEVIATION = 1e-12
 #: Digits and sign of an exponent.
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Names of families in titles.
 FAMILIES = {
     "four-bar": "four-bar linkage",
@@ -41,7 +41,7 @@ def family(guide: Guide) -> str:
     return FAMILIES.get(name, name)
 
 
-def asked(guide: Guide) -> str:
+def describe_path(guide: Guide) -> str:
     """Describe the path or dwell of a guide; an empty text if it has none."""
     if has_stroke(guide):
         unit = f" {guide.unit}" if guide.unit else ""
@@ -55,14 +55,14 @@ def asked(guide: Guide) -> str:
     return ""
 
 
-def described(guide: Guide, code: str = "") -> str:
+def describe_guide(guide: Guide, code: str = "") -> str:
     """Describe a guide in one line: code, number, name, kind and path."""
     number = getattr(guide, "id", None)
     name = getattr(guide, "name", "")
     series = getattr(guide, "series", "")
     which = " ".join(part for part in (code, f"guide {number}" if number is not None else "", name) if part)
     kind = " ".join(part for part in (series, family(guide)) if part)
-    return " · ".join(part for part in (which, kind, asked(guide)) if part)
+    return " · ".join(part for part in (which, kind, describe_path(guide)) if part)
 
 
 def facts(guide: Guide, unit: str, small: Callable[[float], str] = "{:.3g}".format) -> list[str]:
@@ -109,5 +109,5 @@ def plain(value: float) -> str:
         return f"{float(f'{value:.3g}'):g}".replace("-", "−")
     digits, power = f"{value:.2e}".split("e")
     digits = digits.rstrip("0").rstrip(".").replace("-", "−")
-    ten = "10" + str(int(power)).translate(RAISED)
+    ten = "10" + str(int(power)).translate(SUPERSCRIPTS)
     return ten if digits == "1" else f"{digits} × {ten}"
