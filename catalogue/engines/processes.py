@@ -30,7 +30,7 @@ from .worker import receive, send
 #: Time for a process that closed its pipe to end [s].
 GRACE = 5.0
 #: Signals from outside a process: its task is tried again.  Others are faults of the task.
-SYSTEM = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGXCPU")
+SYSTEM_SIGNALS = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGXCPU")
 
 
 class Processes(Engine):
@@ -208,4 +208,4 @@ def _end(process: subprocess.Popen[bytes]) -> tuple[type[PluginError], str]:
     if code >= 0:
         return PluginError, f"ended with exit code {code}"
     name = signal.Signals(-code).name
-    return WorkerKilled if name in SYSTEM else PluginError, f"was killed by {name}"
+    return WorkerKilled if name in SYSTEM_SIGNALS else PluginError, f"was killed by {name}"
