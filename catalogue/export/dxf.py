@@ -36,7 +36,7 @@ import numpy as np
 from ..errors import InvalidRequest, MissingExtra
 from ..kinematics.splines import cubic
 from .layout import Layout, laid_out
-from .levels import POSES, stacked
+from .levels import POSES, stack_levels
 from .links import SAME, Links, distinct, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
@@ -106,7 +106,7 @@ def drawing(guide: Guide, links: Links, cut: list[Part], options: Options) -> Dr
         document.layers.add("WHEELS", color=LAYERS["FRAME"])
     for _, centre, radius in links.wheels:
         space.add_circle(_xy(centre), radius, dxfattribs={"layer": "WHEELS"})
-    layout = laid_out(cut, stacked(cut, placed_over(guide, links, POSES)), links)
+    layout = laid_out(cut, stack_levels(cut, placed_over(guide, links, POSES)), links)
     _draw_parts_to_cut(space, layout)
     _dimensions(document, links, layout.letter)
     zoom.extents(space)

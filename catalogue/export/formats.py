@@ -41,7 +41,7 @@ SUFFIXES = {
 #: Binary formats, which cannot be printed.
 BINARY = ("xlsx", "parquet")
 #: Formats that need a unit.
-ASSUMING = ("dxf", "svg", "step", "freecad", "solidworks", "fusion")
+UNIT_FORMATS = ("dxf", "svg", "step", "freecad", "solidworks", "fusion")
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Options:
             raise InvalidRequest(f"columns must be names, not {quoted(self.columns)}")
 
 
-def chosen(format: str | None, file: Path | None) -> str:
+def choose_format(format: str | None, file: Path | None) -> str:
     """Return the named format, or that of the suffix of a file.
 
     Raises

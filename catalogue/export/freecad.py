@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from .. import __version__
 from ..units import MILLIMETRES
 from .formats import Options
-from .levels import POSES, stacked
+from .levels import POSES, stack_levels
 from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
@@ -98,7 +98,7 @@ def macro(guide: Guide, options: Options) -> str:
     ]
     told = []
     cut = parts(links, sizes)
-    levels = stacked(cut, placed_over(guide, links, POSES))
+    levels = stack_levels(cut, placed_over(guide, links, POSES))
     for part in cut:
         link = part.link
         told.append(

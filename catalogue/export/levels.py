@@ -55,7 +55,7 @@ class Levels:
         ]
 
 
-def stacked(cut: Sequence[Part], places: Places) -> Levels:
+def stack_levels(cut: Sequence[Part], places: Places) -> Levels:
     """Assign a level to every part.
 
     Parameters

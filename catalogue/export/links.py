@@ -121,7 +121,7 @@ def taken_apart(guide: Guide) -> Links:
 
         return links_of(guide)
     z, kinds, finite = guide.linkage.points[0], guide.linkage.dyads[0], guide.linkage.finite[0]
-    run, guided = travelled(guide), complex(*guide.guided)
+    run, guided = motion_over_stroke(guide), complex(*guide.guided)
     phases, knots = run.spline()
     path = run.path(phases)
     frame = _fixed_places(guide)
@@ -153,7 +153,7 @@ def taken_apart(guide: Guide) -> Links:
     return Links(every_link, path, knots, size, str(guide.linkage.family[0]), spans(guide))
 
 
-def travelled(guide: PlacedGuide) -> Run:
+def motion_over_stroke(guide: PlacedGuide) -> Run:
     """Return the motion over the stroke.
 
     For a guide without a stroke, and for a returning point, it covers the circuit.

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 #: Fields of an answer that state its provenance.
 PROVENANCE = ("id", "series", "configuration", "order", "cognate", "drift")
 #: Fields of an answer that other parts of the file hold.
-ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
+OTHER_FIELDS = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
 def written_json(guide: Guide, options: Options) -> str:
@@ -54,7 +54,7 @@ def _linkage_record(guide: PlacedGuide, options: Options, told: dict[str, Any]) 
             "dead_points": guide.dead_points,
             "change_points": guide.change_points,
         },
-        "measured": {name: value for name, value in told.items() if name not in (*PROVENANCE, *ELSEWHERE)},
+        "measured": {name: value for name, value in told.items() if name not in (*PROVENANCE, *OTHER_FIELDS)},
         "provenance": {
             "program": f"mechanism-catalogue {__version__}",
             **{name: told[name] for name in PROVENANCE if name in told},

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import MissingExtra
 from ..units import MILLIMETRES
 from .formats import Options
-from .levels import POSES, stacked
+from .levels import POSES, stack_levels
 from .links import placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
@@ -38,7 +38,7 @@ def solids(guide: Guide, options: Options) -> str:
     unit, rise = MILLIMETRES[options.written], MILLIMETRES[options.written] * sizes.thickness
     made: list[Any] = []
     cut = parts(links, sizes)
-    levels = stacked(cut, placed_over(guide, links, POSES))
+    levels = stack_levels(cut, placed_over(guide, links, POSES))
     for part in cut:
         origin = unit * part.link.origin
         solid = cad.Solid.extrude(_face(cad, part, unit), cad.Vector(0, 0, rise))

@@ -17,7 +17,7 @@ from ..kinematics.splines import cubic
 from ..markup import Markup, element
 from ..units import MILLIMETRES
 from .layout import PART_LAYOUT, laid_out
-from .levels import POSES, stacked
+from .levels import POSES, stack_levels
 from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
@@ -63,7 +63,7 @@ def written_svg(guide: Guide, options: Options) -> str:
     """Return the drawing as the text of an SVG file."""
     links = taken_apart(guide)
     cut = parts(links, Sizes.of(links, options.bar_width, options.hole))
-    layout = laid_out(cut, stacked(cut, placed_over(guide, links, POSES)), links)
+    layout = laid_out(cut, stack_levels(cut, placed_over(guide, links, POSES)), links)
     groups: dict[str, list[Markup]] = {name: [] for name in COLOURS}
     corners: list[complex] = [*links.path.tolist()]
     for part in cut:

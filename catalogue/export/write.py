@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InvalidRequest, quoted
 from ..folders import is_folder, replacing
 from ..guides.kinds import has_bars
-from .formats import Options, chosen
+from .formats import Options, choose_format
 
 if TYPE_CHECKING:
     from ..guides.kinds import Guide
@@ -45,7 +45,7 @@ def export(
     if file is not None and not isinstance(file, str | PathLike):
         raise InvalidRequest(f"a guide is exported to a file, not to {quoted(file)}")
     path = None if file is None else Path(file)
-    kind = chosen(format, path)
+    kind = choose_format(format, path)
     how = Options(**options)
     if path is not None:
         check(path)
