@@ -18,7 +18,7 @@ from ..given import field_types, number, positive, switch, whole
 from ..given import text as printable
 from ..guides.candidate import Candidate
 from ..guides.chain_stretch import ChainStretch
-from ..guides.codes import CODES, FORMAT, code_of, is_code, kept, text_of
+from ..guides.codes import CODES, FORMAT, code_of, is_code, stored_record, text_of
 from ..guides.dwell import DwellCandidate
 from ..guides.own_chain import OwnChain
 from ..guides.own_guide import OwnGuide
@@ -69,7 +69,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
         raise InvalidRequest(
             f"{quoted(code)} is no code of an answer: these have {CODES.length} letters and digits or more"
         )
-    found = kept(code)
+    found = stored_record(code)
     if found is None:
         raise InvalidRequest(
             f"no answer has the code {code} here: the last {CODES.kept} of this user on this machine are kept; "

@@ -24,7 +24,7 @@ from ..candidates.feasibility import (
     farthest,
     feasibility,
     machine,
-    standing,
+    region_places,
 )
 from ..guidance.drive import SampledPoses
 from ..guidance.swept_area import link_segments
@@ -39,7 +39,7 @@ from ..search.search import Search
 from ..search.starts import KIND_CONSTRAINTS, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
-from .names import EMPTY, contradiction, option
+from .names import EMPTY_DATABASE, contradiction, option
 
 if TYPE_CHECKING:
     from ..series.series import Series
@@ -175,7 +175,7 @@ class Explanation:
                 "there: leave --no-refine out"
             )
         if not self.database.has_guides:
-            return f"no guide found: {EMPTY}"
+            return f"no guide found: {EMPTY_DATABASE}"
         if self.report.eligible and not self.report.refined:
             bounds = [option(name) for name in wanted.active() if name not in KIND_CONSTRAINTS]
             remedy = "relax a bound" if wanted.returns else "leave --no-refine out"
@@ -341,7 +341,7 @@ class Explanation:
         """
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name in PIVOT_REGIONS:
-            return _widened(problem, name, standing(name, one.linkage, m.slides), room)
+            return _widened(problem, name, region_places(name, one.linkage, m.slides), room)
         if name == "swept_in":
             poses = SampledPoses.of(one.curve, one.traced, SWEPT_GRID.intervals, inverse=problem.constraints.slots)
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)

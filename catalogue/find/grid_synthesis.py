@@ -42,7 +42,7 @@ SYNTHESIS = GridSynthesis()
 HALF = {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
 
 
-def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
+def complete_pairs(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
     """Complete prescribed pairs of pivots to linkages at mid-stroke.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, final, flipped, measured, near_path
+from ..candidates.batch import SHOWN, CandidateBatch, Origin, final, flip, measure_traced, measured, near_path
 from ..candidates.feasibility import feasibility
 from ..errors import InvalidRequest, quoted
 from ..given import names, number, switch, whole
@@ -32,7 +32,7 @@ from .find import Selection
 from .listing import candidates
 from .measure import measure
 from .prescribed_pivots import distinct
-from .starts import laid_guides
+from .starts import place_guides
 
 if TYPE_CHECKING:
     from .opened import Opened
@@ -209,7 +209,7 @@ class ImprovementTask:
         if not stretches:
             raise InvalidRequest(sought.explanation)
         if self.nominal is None:
-            found = laid_guides(problem, stretches, OWN)
+            found = place_guides(problem, stretches, OWN)
             first = np.arange(len(found)) < len(known)
         else:
             linkage = Linkage([one.pivots for one in stretches] or np.zeros((0, 2, 2, 3)))
@@ -243,7 +243,7 @@ class ImprovementTask:
         """Measure guides over exactly the stroke, along the path or, if it stays, in place."""
         if self.nominal is not None:
             guides = coupler_curve(linkage, point)
-            return described(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
+            return measure_traced(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
         none = np.full(len(point), complex(np.nan, np.nan))
         return measured(self.problem, origin, linkage, point, none)
 
@@ -299,7 +299,7 @@ class ImprovementTask:
         problem, request, goal = self.problem, self.request, self.guide.linkage
         if self.mirrored:
             back = np.ones(len(found), bool), np.zeros(len(found), bool)
-            linkage, point, _ = flipped(found.linkage, found.point, found.pole, *back, problem.path.stroke)
+            linkage, point, _ = flip(found.linkage, found.point, found.pole, *back, problem.path.stroke)
             found = self.final(self.measured(found.origin, linkage, point))
         if self.nominal is None:
             scale, shift = _fit_to_fixed_pivots(problem.stroke, found.linkage, goal)
@@ -331,7 +331,7 @@ class ImprovementTask:
         found = catalogue.find(self.request, limit=IMPROVE.starts, per_series=0, **how, **asked)
         if not len(found) or self.nominal is not None:
             return None
-        best = self.refined(laid_guides(self.problem, found, OWN))
+        best = self.refined(place_guides(self.problem, found, OWN))
         return None if best is None else self.shown(best)
 
 

@@ -12,7 +12,7 @@ from ..errors import InvalidRequest, quoted
 from ..given import positive, switch, whole
 from ..guidance.allowance import Zone, allowances
 from ..guidance.cells import Curves
-from ..guidance.circuit_curve import CircuitCurve, fitted, laid, on_path
+from ..guidance.circuit_curve import CircuitCurve, fitted, move_to_unit, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
@@ -65,7 +65,7 @@ MEASURE = MeasureOptions()
 
 #: Tolerances of further searches, over the requested one, if the finer grid measures a larger
 #: deviation.
-STRICTER = (0.995, 0.97)
+STRICTER_TOLERANCES = (0.995, 0.97)
 
 
 def measure(
@@ -211,7 +211,7 @@ def best_stretches(found: Carriers, at: Complexes, asked: Sought) -> Iterator[tu
     parts, some, more = [], np.arange(len(found)), asked.limit
     if asked.wide is not None and radius is not None:
         parts.append(Laid.over_wide_arcs(found, at, radius, asked.wide, asked.limit))
-    for share in (1.0, *STRICTER) if asked.wide is None else ():
+    for share in (1.0, *STRICTER_TOLERANCES) if asked.wide is None else ():
         sought = seek(some, more, share)
         part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius, within)
         over = part.deviation > within * (1 + MEASURE.close)
@@ -382,7 +382,7 @@ class Laid(Columns):
             lost = ~(np.abs(at.stroke - fit.stroke) <= MEASURE.missed * at.stroke)
             fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
-        return cls(at.circuit, low, high, *laid(*on_path(some, z, low, high, fit)), frames)
+        return cls(at.circuit, low, high, *move_to_unit(*on_path(some, z, low, high, fit)), frames)
 
     @classmethod
     def over_wide_arcs(cls, found: Any, point: Complexes, radius: float, angle: float, count: int) -> Laid:
@@ -398,7 +398,7 @@ class Laid(Columns):
         fit = fine.fit
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
         ends = np.minimum(fine.start, fine.end), np.maximum(fine.start, fine.end)
-        return cls(which, *ends, *laid(*on_wide_arcs(some, z, fine)), frames)
+        return cls(which, *ends, *move_to_unit(*on_wide_arcs(some, z, fine)), frames)
 
     @property
     def deviation(self) -> Floats:

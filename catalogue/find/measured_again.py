@@ -16,7 +16,7 @@ import numpy as np
 
 from ..candidates.batch import SHOWN
 from ..errors import InvalidRequest, quoted
-from ..guidance.circuit_curve import CircuitCurve, laid
+from ..guidance.circuit_curve import CircuitCurve, move_to_unit
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.dwell import dwells, slides_over_turn, strays, turned
 from ..guidance.fixed_nominal import Nominal, in_place
@@ -146,14 +146,14 @@ def _trace_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Fram
     fit = traced.fit
     if not isinstance(curve, CircuitCurve) or not np.isfinite(fit.deviation).all():
         raise InvalidRequest(f"its point does not run along an arc of {one.arc_angle:g}\u00b0")
-    yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
+    yield *move_to_unit(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
 def _trace_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
     """Yield a normalised stretch traced in place."""
     curve, traced = one._traced()
     fit = traced.fit
-    yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
+    yield *move_to_unit(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
 def _measure_dwell(one: DwellCandidate) -> Iterator[Numbers]:

@@ -14,9 +14,9 @@ from ..store import Database
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
 #: Message for a database without guides.
-EMPTY = "the database holds no guides: `catalogue build` fills it, or name another with --db"
+EMPTY_DATABASE = "the database holds no guides: `catalogue build` fills it, or name another with --db"
 #: Longest quoted name [characters].
-LONGEST = 60
+MAX_QUOTED = 60
 #: All kinds of guides.
 KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
@@ -35,9 +35,9 @@ def check_names(database: Database, constraints: Constraints) -> None:
                 if name == "families":
                     _refuse_of_collection(database, code)
                 names = set(database.plain(column, "FROM mechanism")[singular])
-                held = sorted(shortened(known, LONGEST) for known in names)
+                held = sorted(shortened(known, MAX_QUOTED) for known in names)
                 if not held:
-                    raise InvalidRequest(EMPTY)
+                    raise InvalidRequest(EMPTY_DATABASE)
                 raise InvalidRequest(
                     f"the database holds no {singular} {quoted(code)}; it holds {', '.join(held)}. "
                     f"`catalogue build --series CODE` adds a series{_most_similar(code, held)}"

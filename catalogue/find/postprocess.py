@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path, slides_on_path, unscaled
+from ..candidates.batch import CandidateBatch, Origin, keep_lengths, measured, place_on_path, slides_on_path
 from ..candidates.feasibility import best_orientation, feasibility
 from ..guidance.circuit_curve import CircuitCurve, fitted, on_path
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
@@ -91,7 +91,7 @@ def _best_stretches(problem: Problem, linkage: Linkage, point: Complexes) -> tup
 def _place_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> CandidateBatch:
     """Place guides of fixed lengths along the path, in the best orientation for their pivots."""
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
-    return _place(problem, origin, guides, unscaled(traced))
+    return _place(problem, origin, guides, keep_lengths(traced))
 
 
 def _place(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:

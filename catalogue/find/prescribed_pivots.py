@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, near_path
+from ..candidates.batch import SHOWN, CandidateBatch, Origin, measure_traced, near_path
 from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..curvature_theory.instant import Instant
@@ -33,7 +33,7 @@ from ..search.starts import SearchReport
 from ..series.posed import Posed
 from ..series.series import Series
 from .find import Selection
-from .grid_synthesis import completed
+from .grid_synthesis import complete_pairs
 
 #: Design positions along the path for prescribed fixed pivots [strokes]: every fiftieth, without
 #: the ends.
@@ -191,7 +191,7 @@ def _guides_point(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
 def _complete(problems: Posed, nominal: Nominal) -> Built:
     """Complete prescribed pivots numerically, to linkages of the general series."""
     pairs = problems.pivots[:: len(PLACES)] if problems.given == "fixed" else problems.pivots
-    pivots, of = completed(problems.given, pairs, nominal)
+    pivots, of = complete_pairs(problems.given, pairs, nominal)
     linkage, good = Linkage.valid(pivots)
     exact = (pairs[of[good]] == pairs[0]).all(1)
     point = np.broadcast_to(nominal.at(np.array([0.5]))[0], len(linkage))
@@ -246,4 +246,4 @@ def _refine(ancestors: Built, problem: Problem, nominal: Nominal, report: Search
     report.refined = first.evaluated + second.evaluated
     found = second.best
     guides = coupler_curve(found.linkage, found.point)
-    return described(problem, found.origin, guides, in_place(guides, nominal, SHOWN))
+    return measure_traced(problem, found.origin, guides, in_place(guides, nominal, SHOWN))

@@ -169,7 +169,7 @@ def stretch_of(one: CollectionCandidate) -> ChainStretch:
         raise InvalidRequest(
             f"an answer of {one.collection.name} is no planar mechanism of many bars: it can be shown, not measured"
         )
-    with asked(one.collection, "read as a mechanism"):
+    with collection_errors(one.collection, "read as a mechanism"):
         given, window = one.collection.mechanism(one)
     return ChainStretch.of_answer(one, given, window)
 
@@ -240,7 +240,7 @@ def checked(one: CollectionCandidate) -> CollectionCandidate:
 
 
 @contextmanager
-def asked(collection: Collection, what: str) -> Iterator[None]:
+def collection_errors(collection: Collection, what: str) -> Iterator[None]:
     """Run a function of a collection; errors then name the collection and its file."""
     try:
         with foreign(f"collection {collection.name}"):
@@ -251,7 +251,7 @@ def asked(collection: Collection, what: str) -> Iterator[None]:
 
 def measured(collection: Collection, stored: Sequence[Any], request: PathRequest) -> list[Measured]:
     """Measure mechanisms, given by their parameters, on their finite motion."""
-    with asked(collection, "measured"):
+    with collection_errors(collection, "measured"):
         found = list(collection.measure(deepcopy(stored), request))
         for one in found:
             collection.measures(one)
@@ -264,7 +264,7 @@ def _candidate(
     collection: Collection, number: int, stroke: float, m: Measured, unit: str | None = None
 ) -> CollectionCandidate:
     """Build the answer from a measured mechanism."""
-    with asked(collection, "classified"):
+    with collection_errors(collection, "classified"):
         tags = collection.classify(deepcopy(m.parameters))
         for tag in (tags.family, tags.series, tags.configuration, *tags.special):
             checked_text("a tag", tag, 100)
@@ -384,7 +384,7 @@ class _Search:
             guides = self.four_bars(find, **how)
         if guides is None:
             return
-        with asked(self.collection, "made of four-bars"):
+        with collection_errors(self.collection, "made of four-bars"):
             stored = list(self.collection.starts(*guides, self.request))
         self.from_guides += len(stored)
         for one in self.measured(stored):
@@ -397,7 +397,7 @@ class _Search:
         """Tell whether a specimen is one of the requested special cases; count the others."""
         if not self.special:
             return True
-        with asked(self.collection, "classified"):
+        with collection_errors(self.collection, "classified"):
             good = not set(self.special).isdisjoint(self.collection.classify(deepcopy(parameters)).special)
         self.not_special += not good
         return good
@@ -426,7 +426,7 @@ class _Search:
         guides = self.four_bars(find, **how, min_transmission=max(angle, 0.0))
         if guides is None:
             return []
-        with asked(self.collection, "made of four-bars"):
+        with collection_errors(self.collection, "made of four-bars"):
             return list(self.collection.seeds(*guides, self.request))
 
     def refined(
@@ -447,7 +447,7 @@ class _Search:
         starts += [(0, one, -1) for one in self.seeds(find) if self.is_special(one)]
         if not starts:
             return []
-        with asked(self.collection, "refined"):
+        with collection_errors(self.collection, "refined"):
             moved = list(refine([deepcopy(one) for _, one, _ in starts], self.request, goal))
             if len(moved) != len(starts):
                 raise PluginError(f"{len(moved)} of {len(starts)} mechanisms were refined")

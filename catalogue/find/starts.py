@@ -33,7 +33,7 @@ def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch
     wanted = problem.constraints
     if every and (wanted.given or wanted.slots or wanted.returns):
         raise InvalidRequest("given pivots, slots and returning points are found without starts: leave these out")
-    found = laid_guides(problem, [one for one in every if _is_requested_kind(one, wanted)])
+    found = place_guides(problem, [one for one in every if _is_requested_kind(one, wanted)])
     return found[np.flatnonzero(np.isfinite(found.deviation))]
 
 
@@ -44,7 +44,7 @@ def _is_requested_kind(one: Candidate, wanted: Constraints) -> bool:
     return all(not names or name in names for name, names in named) and not slides and (one.order or 2) >= wanted.order
 
 
-def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "") -> CandidateBatch:
+def place_guides(problem: Problem, guides: Sequence[Candidate], series: str = "") -> CandidateBatch:
     """Place guides along the path from 0 to 1 and measure them.
 
     `series`, if given, replaces the series of the guides.

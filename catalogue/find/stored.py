@@ -137,10 +137,10 @@ class StoredGuide:
                     )
             return found
 
-        return laid(request, placed)
+        return place_one(request, placed)
 
 
-def laid(request: PathRequest, place: Callable[[Problem], CandidateBatch]) -> Candidate:
+def place_one(request: PathRequest, place: Callable[[Problem], CandidateBatch]) -> Candidate:
     """Return the guide that `place` places along the path of a request."""
     problem = Problem.of(request, Constraints(), Ranking())
     return candidates(problem, request, Selection(place(problem), np.zeros(1, int)))[0]
@@ -219,7 +219,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
     if design.circle:
         request = CircularArc(stroke, 0.09 * stroke, unit=unit)
     origin = Origin(*(np.array([tag]) for tag in tags))
-    return laid(request, lambda problem: on_path(problem, origin, design.guide, traced))
+    return place_one(request, lambda problem: on_path(problem, origin, design.guide, traced))
 
 
 def best_of_series(catalogue: Opened, published: Candidate) -> Candidate | None:
