@@ -15,7 +15,7 @@ from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import false_position
 from .minimum_zone import Fit, grid, minimum_zone, resolved
-from .trace import LEAST_SURE, Traced
+from .trace import MAX_GRID_ERROR, Traced
 
 #: Intervals between the Chebyshev points at which the deviation is measured.
 NODES = 128
@@ -159,7 +159,7 @@ def fitted(circuits: Posed, point: Complexes, low: Floats, high: Floats, *, circ
         seen, length = (z - first) / chord, np.abs(chord)  # in the frame of the path's ends
         held = None if radius is None else -length / radius
         fit = minimum_zone(seen.real, np.where(runs_forward(seen), seen.imag, np.nan), circle, points, held)
-        deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
+        deviation = np.where(resolved(fit, *MAX_GRID_ERROR), fit.deviation, np.nan)
         return Fit(
             length * deviation,
             length * fit.stroke,
@@ -193,7 +193,7 @@ def on_path(circuits: Carriers, point: Complexes, low: Floats, high: Floats, fit
     return CircuitCurve(moving, guided), Traced(fit, 0 * guided, a - s, b - s)
 
 
-def laid(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
+def move_to_unit(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
     """Move guides so that their paths run from 0 to 1, with their traces."""
     fit, n = traced.fit, len(curve)
     scale: Complexes = fit.stroke * fit.along

@@ -124,7 +124,7 @@ class CouplerCurve(Columns):
 
     @cached_property
     def _table(self) -> Table:
-        """Table that ends up to a step before the turning points of the path."""
+        """Table of displacements, to at most one step before the turning points."""
         moving, cusp = self.motion, self.cusp
         with np.errstate(all="ignore"):
             angle = np.arctan(np.clip(moving.interval, -CURVE.farthest, CURVE.farthest))
@@ -142,7 +142,7 @@ class CouplerCurve(Columns):
 
     @cached_property
     def table(self) -> Table:
-        """Table to the turning points of the path."""
+        """Table of displacements, up to the turning points of the path."""
         return _extend_to_turnings(self, self._table)
 
     @property

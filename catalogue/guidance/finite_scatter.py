@@ -3,11 +3,11 @@
 The best-fitting circle of free radius moves far where its arc is shallow, and not in proportion to
 the scatter. By the linear theory of `allowance` a path leaves its tolerance A at a displacement R u
 of the coordinates, along each direction u, and its deviation grows there by m / R per unit. On the
-finite motion a machine displaced by R u has the deviation A + d, and so leaves the tolerance at R /
-(1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the
-directions, weighted by their shares in the tail of the scatter.  The deviation kept at a given
-scatter changes by the mean of d, with these shares over m as weights.  Machines are displaced in
-the directions of the largest shares.
+finite motion a machine displaced by R u has the deviation A + d instead of A, and so leaves the
+tolerance at R / (1 + d / m).  Corrections are weighted means over the directions: of -ln(1 + d / m)
+for the logarithm of the allowance, with their shares in the tail of the scatter as weights; of d
+for the deviation kept at a given scatter, with these shares over m as weights.  Machines are
+displaced in the directions of the largest shares.
 """
 
 from __future__ import annotations

@@ -84,7 +84,7 @@ def rotates(linkage: Linkage) -> Integers:
     return np.asarray(1 * full[:, 0] + 2 * full[:, 1])
 
 
-def nearest_to_turning(linkage: Linkage) -> Integers:
+def best_turning_cranks(linkage: Linkage) -> Integers:
     """Select the cranks that turn fully, else the crank nearest to it, shape (n,).
 
     Bit i stands for dyad i. In a refinement with a required full rotation this crank drives before
@@ -283,7 +283,7 @@ def measure(
             carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
         # bit values 1 and 2 are the numbers of the cranks
-        may_drive = nearest_to_turning(machine) if turning else driver
+        may_drive = best_turning_cranks(machine) if turning else driver
         angle, drives, missed = transmission(machine, carried, pose.x, may_drive)
         drive_angle, rotation = _drive_angles(machine, carried, pose.x, drives)
         fixed = _finite_pivots(linkage, 0)

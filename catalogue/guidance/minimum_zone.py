@@ -288,7 +288,7 @@ def exchange(
                 more, level[open_] = _solve_level(xs, _peaks(c[:, open_], xs, gs, at, bs), at, sign, bs)
                 c[:, open_] += more
             residual = _residual(c[:, open_], xs, gs, bs)
-            height = raised(np.abs(residual)) if peaks_too else np.abs(residual)
+            height = interpolate_maxima(np.abs(residual)) if peaks_too else np.abs(residual)
             worst = np.argmax(height, axis=0)
             value[open_] = height[worst, column]
             better = value[open_] > np.abs(level[open_]) * (1 + MINIMUM_ZONE.exceeds) + rounding[open_]
@@ -327,8 +327,7 @@ def _solve_level(x: Floats, gs: Floats, index: Indices, sign: Floats, by: Floats
     both[0], both[1] = gs, sign
     if by is not None:
         both *= by[index, column]
-    # divided differences of the values and of the signs: that of highest order vanishes for the
-    # polynomial
+    # divided differences of values and signs; for the polynomial the highest one vanishes
     divided = [both[:, 0]]
     for k in range(1, len(xs)):
         both = (both[:, 1:] - both[:, :-1]) * (far / (xs[k:] - xs[:-k]))
@@ -379,10 +378,10 @@ def _peaks(c: Floats, x: Floats, g: Floats, index: Indices, by: Floats | None) -
 
 def largest(values: Floats) -> Floats:
     """Compute the maximum of values (m, n) along paths, refined by parabolas, shape (n,)."""
-    return np.asarray((values if len(values) < 3 else raised(values)).max(0))
+    return np.asarray((values if len(values) < 3 else interpolate_maxima(values)).max(0))
 
 
-def raised(values: Floats) -> Floats:
+def interpolate_maxima(values: Floats) -> Floats:
     """Replace local maxima of values (m, n) by those of parabolas."""
     low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high

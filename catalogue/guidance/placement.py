@@ -141,7 +141,7 @@ def at_stroke(
 
 
 def _strokes_from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> Floats:
-    """Return the strokes of guides that return, over windows of given length, shape (n,)."""
+    """Return the strokes of guides with a cusp over windows of given lengths, shape (n,)."""
     if not circle:
         return np.asarray(trace(guides, half, circle=False, split=False, nodes=nodes).fit.stroke)
     u, v = guides.path(np.stack(guides.window(-half, half)))

@@ -94,7 +94,7 @@ EXTENSION = Extension()
 #: Range of the exponent of the stroke to which the deviation is proportional.
 EXPONENT_RANGE = (0.5, 60.0)
 #: Range of a correction of the logarithm of a stroke.
-CHANGE = (-0.5, 0.2)
+STROKE_CHANGE_RANGE = (-0.5, 0.2)
 _TURN = np.exp(2j * np.pi * np.arange(EXTENSION.directions) / EXTENSION.directions).view(float).reshape(-1, 2)
 SIDES = np.kron(EXTENSION.shorter ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
 
@@ -295,8 +295,12 @@ class _Growing:
             reach = np.fmax(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
             slope = np.log(at.deviation / before.deviation) / np.log(at.stroke / before.stroke)
             power = np.where((slope > EXPONENT_RANGE[0]) & (slope < EXPONENT_RANGE[1]), slope, power)
-            wanted = at.stroke * np.exp(np.clip((np.log(allowed / at.deviation) - EXTENSION.inside) / power, *CHANGE))
-            middle = np.where(np.isfinite(beyond), np.sqrt(best.stroke * beyond), at.stroke * np.exp(CHANGE[1]))
+            wanted = at.stroke * np.exp(
+                np.clip((np.log(allowed / at.deviation) - EXTENSION.inside) / power, *STROKE_CHANGE_RANGE)
+            )
+            middle = np.where(
+                np.isfinite(beyond), np.sqrt(best.stroke * beyond), at.stroke * np.exp(STROKE_CHANGE_RANGE[1])
+            )
             outside = ~((wanted > best.stroke) & (wanted < beyond))
             wanted = np.where(outside & (best.stroke > 0), middle, np.where(outside, 0.7 * at.stroke, wanted))
         lost = np.isnan(at.deviation) & (best.stroke > 0)

@@ -40,7 +40,7 @@ class Splitting(NamedTuple):
 SPLITTING = Splitting()
 
 #: Largest error of the finest grid, relative to the deviation and to the stroke.
-LEAST_SURE = (1e-2, 1e-13)
+MAX_GRID_ERROR = (1e-2, 1e-13)
 
 
 @dataclass(frozen=True)
@@ -130,12 +130,12 @@ def trace(
         part = _measure(guides[again], low[again], high[again], half[again], circle, split, more * nodes, bend)
         found = found.replaced(again, part)
     with np.errstate(all="ignore"):
-        sure = resolved(found.fit, *LEAST_SURE)
+        sure = resolved(found.fit, *MAX_GRID_ERROR)
         deviation = np.where(sure, found.fit.deviation, np.nan)
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
-def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Floats | None = None) -> Traced:
+def retrace(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Floats | None = None) -> Traced:
     """Measure guides over their windows on another grid, with interpolated extremes."""
     low, high = traced.low.astype(float), traced.high.astype(float)
     return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held, between=True)

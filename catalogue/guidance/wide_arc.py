@@ -24,7 +24,7 @@ from .best_circle import best_placed, by_length, mean_centre
 from .circuit_curve import MIDDLE, CircuitCurve, CircuitMotion
 from .coupler_curve import false_position
 from .minimum_zone import Fit, Grid, grid, resolved
-from .trace import LEAST_SURE, Traced
+from .trace import MAX_GRID_ERROR, Traced
 
 
 class WideArc(NamedTuple):
@@ -124,7 +124,7 @@ def wide_arcs(
                 most=most,
             )
             return found.replaced(rough, finer)
-        sure = resolved(found.fit, *LEAST_SURE)
+        sure = resolved(found.fit, *MAX_GRID_ERROR)
     return replace(found, fit=replace(found.fit, deviation=np.where(sure, found.fit.deviation, np.nan)))
 
 

@@ -43,7 +43,7 @@ class WideStretches(NamedTuple):
 WIDE = WideStretches()
 
 #: Trial moves of a middle [largest moves].
-WAYS = np.linspace(-1, 1, 7)
+TRIAL_MOVES = np.linspace(-1, 1, 7)
 
 
 def nearest_arcs(
@@ -74,16 +74,16 @@ def nearest_arcs(
     of, by, best = of[kept], by[kept], best[kept]
     centre = np.where(np.isfinite(best.fit.deviation), best.centre, centre[kept])
     for _ in range(WIDE.rounds):
-        each = np.tile(np.arange(len(of)), len(WAYS))
-        moved = best.middle[each] + (WAYS[:, None] * by).ravel()
+        each = np.tile(np.arange(len(of)), len(TRIAL_MOVES))
+        moved = best.middle[each] + (TRIAL_MOVES[:, None] * by).ravel()
         tried = wide_arcs(circuits[of[each]], point[of[each]], moved, centre[each], np.full(len(each), radius), angle)
-        off = np.nan_to_num(tried.fit.deviation, nan=np.inf).reshape(len(WAYS), -1)
+        off = np.nan_to_num(tried.fit.deviation, nan=np.inf).reshape(len(TRIAL_MOVES), -1)
         way = off.argmin(0)
         found = tried[way * len(of) + np.arange(len(of))]
         better = np.isfinite(off.min(0))
         best = best.replaced(better, found[better])
         centre = np.where(better, best.centre, centre)
-        by = np.where(better & (np.abs(WAYS[way]) == 1), by, by * WIDE.shorter)
+        by = np.where(better & (np.abs(TRIAL_MOVES[way]) == 1), by, by * WIDE.shorter)
     good = np.flatnonzero(np.isfinite(best.fit.deviation))
     return of[good], best[good]
 
