@@ -265,7 +265,7 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
 
     def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         from ..guidance.placement import at_stroke
-        from ..guidance.trace import again
+        from ..guidance.trace import retrace
 
         if self.is_wide and self.radius is not None and self.arc_angle is not None:
             return self._along_wide_arc(self.radius, self.arc_angle)
@@ -275,7 +275,7 @@ class Candidate(Further, _Places, Measured, _Origin, PlacedGuide):
             return here, traced
         forward = (here.tangent * self.frame.direction.conjugate()).real > 0
         bend = np.where(forward, -1, 1) / self.radius  # the arc bulges to the left of its chord
-        return here, again(here, traced, circle=True, nodes=SENSITIVITY.nodes, held=bend)
+        return here, retrace(here, traced, circle=True, nodes=SENSITIVITY.nodes, held=bend)
 
     def _along_wide_arc(self, radius: float, angle: float) -> tuple[CircuitCurve, Traced]:
         """Trace the guide along a wide arc on its circuit, from the middle of the arc."""

@@ -147,7 +147,7 @@ def keep(records: Sequence[str]) -> list[str]:
     return codes
 
 
-def kept(code: str) -> str | bytes | None:
+def stored_record(code: str) -> str | bytes | None:
     """Look up the record of a code, here and in the shared folder; None if there is none.
 
     Raises
