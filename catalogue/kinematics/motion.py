@@ -211,7 +211,7 @@ CHARTS = (COUPLER, CRANK_1, CRANK_2)
 #: Number of positions evaluated at once: the temporaries of a block stay in the second-level cache.
 BLOCK = 32768
 CHANGE = 1e-9  #: |K| over its scale, in all charts, below which a linkage is at a change point
-TOUCHED = 1e-6  #: relative distance of E from its bound up to which a change point counts as at the bound
+TANGENT_DISTANCE = 1e-6  #: relative distance of E from its bound up to which a change point counts as at the bound
 
 
 class Pose(NamedTuple):
@@ -478,7 +478,7 @@ def motion(
         forms, branch = at_change(forms, circle, unit, origin, np.asarray(pole), change)
         conditioning = np.where(branch != 0, 1.0, conditioning)
         for level in (low, high):  # here the form touches the limit without crossing it
-            touched = change & (np.abs(limit[0] - level) <= TOUCHED * np.abs(limit).max(0))
+            touched = change & (np.abs(limit[0] - level) <= TANGENT_DISTANCE * np.abs(limit).max(0))
             limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
         interval = np.where(change, np.stack([nearest(limit, low, high, side) for side in (-1, 1)]), interval)
     unit = np.where(crank, 1, unit)

@@ -30,7 +30,7 @@ from .types import Complexes, Floats, Integers
 
 #: Largest relative determinant of the three equations at which the drive is at a dead point. It is
 #: the sine of the angle between driving and driven ray times coupler length over size.
-DEAD = 1e-12
+DEAD_POINT_SINE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -121,4 +121,4 @@ def _solved(rows: list[Floats], right: list[Floats]) -> Floats:
     scale = np.abs(a).max(0) * np.abs(pairs[0]).max(0)
     with np.errstate(all="ignore"):
         found = sum(x * y for x, y in zip(pairs, right, strict=True)) / determinant
-    return np.asarray(np.where(np.abs(determinant) <= DEAD * scale, np.nan, found))
+    return np.asarray(np.where(np.abs(determinant) <= DEAD_POINT_SINE * scale, np.nan, found))

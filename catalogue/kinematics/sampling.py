@@ -24,8 +24,8 @@ class Sampling(NamedTuple):
 
     #: number of first samples: several for each wave of a coupler curve, which has degree six
     even: int = 49
-    #: Largest error between two samples [scale]: the shares of rows then have an error of one per
-    #: cent.
+    #: Largest error between two samples [scale]: positions along the path that are interpolated in
+    #: it then have an error of one per cent.
     table_error: float = 2e-3
     #: Largest step between samples [scale]: a link that turns once is seen in 60 positions.
     table_step: float = 0.1
