@@ -20,7 +20,7 @@ from ..series.sampling import BLOCK, PLAN, draw
 from ..series.series import Series
 from .cover import cells_of, designs, order
 from .elements import elements_worth_tracing
-from .rows import Columns, guide_columns, mechanism_columns, together
+from .rows import Columns, concatenate, guide_columns, mechanism_columns
 
 
 class BlockOptions(NamedTuple):
@@ -92,7 +92,7 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     without any level follow last. Linkages with slots are given as their inversions.
     """
     if not len(names):
-        return together([])
+        return concatenate([])
     found = found | {"candidate": np.arange(len(names))}
     z, pole = found["x"] + 1j * found["y"], np.abs(linkage.sine) >= DEGENERATE.parallel_sine
     everything = designs(linkage, z, found["centre"], found["kind"], pole)
@@ -115,7 +115,7 @@ def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tupl
     for guides, _ in more:  # the soundest candidate of each cell comes first, the others last
         _, soundest = np.unique(cells[guides["candidate"]], return_index=True)
         turn[np.delete(guides["candidate"], soundest)] += len(cells) + len(rescued)
-    return _select_first(*together(parts + more), turn, wanted)
+    return _select_first(*concatenate(parts + more), turn, wanted)
 
 
 def _select_first(guides: Columns, reaches: Columns, turn: Indices, wanted: int) -> tuple[Columns, Columns]:

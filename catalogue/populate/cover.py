@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..candidates.select import in_every_pose
+from ..candidates.select import equivalent_views
 from ..guidance.kinds import RETURNS, STRAIGHT
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Array, Complexes, Floats, Integers, Mask, Objects
@@ -131,7 +131,7 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
 
     It is the largest distance of a point, minimised over the orientation.
     """
-    poses = in_every_pose(one[None], mirror=straight)
+    poses = equivalent_views(one[None], mirror=straight)
     cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # cosine of the point with the largest distance
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 

@@ -31,7 +31,7 @@ from ..store import (
 from .block import BLOCKS, Block
 from .make import begin, make
 from .named_guides import write_named_guides
-from .plan import Source, outdated, places, plan
+from .plan import Source, outdated_batches, places, plan
 from .rows import Columns
 
 
@@ -94,7 +94,7 @@ def fill(
         done, failed = sum(s.guides for s in sources), tuple(s.failure for s in sources if s.failure)
         return Progress(done, wanted or done, rows, time.perf_counter() - start, making, failed)
 
-    before, old = sum(s.guides for s in sources), outdated(database, series or list(registry.series))
+    before, old = sum(s.guides for s in sources), outdated_batches(database, series or list(registry.series))
     prepare(database)
     for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
         database.set_setting(key, str(value))

@@ -12,7 +12,7 @@ from ..plugin.registry import Registry
 from ..series.classification import classify
 from ..series.named_guides import named_guides
 from ..store import PIVOTS, Database, Guide, Mechanism, remove_named_guides, stacked_pivots, write_batch
-from .rows import guide_columns, mechanism_columns, together
+from .rows import concatenate, guide_columns, mechanism_columns
 
 #: Name of the member for a design, which is the only guide in it.
 MEMBER = "design"
@@ -46,7 +46,7 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
         "inflections": np.array([d.inflections for d in chosen]),
         "centre": centre[new],
     }
-    guides, reaches = together(guide_columns(linkage[new], points, half[new]))
+    guides, reaches = concatenate(guide_columns(linkage[new], points, half[new]))
     mechanisms = {
         **mechanism_columns(linkage[new]),
         "series": series[new],

@@ -17,7 +17,7 @@ from ..store import Batch, Database, Guide, Mechanism
 from .block import BLOCKS, Block
 
 #: Number of successive blocks without a guide after which a member is abandoned.
-BARREN = 8
+MAX_EMPTY_BLOCKS = 8
 
 Key = tuple[str, str]
 
@@ -75,7 +75,7 @@ class Source:
     def full(self) -> bool:
         """Whether the member needs no more guides, or cannot provide more."""
         single = not self.member.parameters and self.next > 0  # a single design, which the first block holds
-        return bool(self.failure) or self.guides >= self.target or self.barren >= BARREN or single
+        return bool(self.failure) or self.guides >= self.target or self.barren >= MAX_EMPTY_BLOCKS or single
 
     @property
     def lacking(self) -> int:
@@ -125,7 +125,7 @@ def share_of(registry: Registry, codes: Sequence[str], count: int) -> int:
     )
 
 
-def outdated(database: Database, codes: Sequence[str]) -> list[int]:
+def outdated_batches(database: Database, codes: Sequence[str]) -> list[int]:
     """Return the batches of series that were sampled by an older method."""
     found = database.read(select(Batch.id).where(Batch.plan != PLAN, Batch.series.in_(codes)))
     return [int(number) for number in found["id"]]

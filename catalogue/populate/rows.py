@@ -55,7 +55,7 @@ def mechanism_columns(linkage: Linkage) -> Columns:
     }
 
 
-def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
+def concatenate(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
     """Concatenate columns of guides and of their reaches."""
     if not parts:
         return {"mechanism": np.zeros(0, int), "kind": np.zeros(0, str)}, {"guide": np.zeros(0, int)}
@@ -80,7 +80,7 @@ def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None
     Returns
     -------
     list of (mapping, mapping)
-        Columns of guides and of their reaches that hold a level; see `together` and
+        Columns of guides and of their reaches that hold a level; see `concatenate` and
         `catalogue.store.write_batch`.
     """
     circle = ~np.isin(points["kind"], STRAIGHT)
