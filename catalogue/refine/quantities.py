@@ -182,7 +182,7 @@ class Quantities:
         return np.where(finite, self.linkage.points.reshape(-1, 4)[:, j], np.nan)
 
     def _length(self, i: int, j: int) -> Row:
-        return apart(self._place(i), i, self._place(j), j)
+        return point_distance(self._place(i), i, self._place(j), j)
 
     def links(self) -> list[Row]:
         """Return the lengths of the two cranks and of the coupler."""
@@ -215,7 +215,7 @@ class Quantities:
         n = len(self)
         ends = [(np.full(n, end), 5) for end in self._corners]  # the path does not move
         every = [*((self._place(j), j) for j in range(5)), *ends]
-        rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
+        rows = [point_distance(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
         rows += self._reach_of_slides()
         return Pieces.of([*rows, (np.full(n, np.ptp(self._corners.real)), np.zeros((n, COUNT)))])
 
@@ -231,7 +231,7 @@ class Quantities:
 
     def _standing(self, region: Region, name: str) -> Pieces:
         planes, kinds = PIVOT_REGIONS[name], self.linkage.dyads
-        places = [(self._place(2 * i + j), own_slope(len(self), 2 * i + j)) for i in (0, 1) for j in planes]
+        places = [(self._place(2 * i + j), coordinate_slope(len(self), 2 * i + j)) for i in (0, 1) for j in planes]
         for i, ends in self._slides.items():
             there = (kinds[:, i] == PR) | (1 in planes)
             places += [(np.where(there, z, np.nan), by) for z, by in ends]
@@ -259,7 +259,7 @@ class Quantities:
         """Return the coupler points at the fixed pivot of dyad i at the stations."""
         pose, turn = self.pose, 1 + self.pose.x
         away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
-        slope = (own_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
+        slope = (coordinate_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
         return pose.origin + away, slope - 1j * away[..., None] * self.by.angle
 
     def _travel(self) -> Pieces:
@@ -270,7 +270,7 @@ class Quantities:
         """Distances of the ends of slides from each other, from pivots and from the path."""
         n = len(self)
         still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
-        others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
+        others = [*((self._place(j), coordinate_slope(n, j)) for j in range(5)), *still]
         for ends in self._slides.values():
             for end in ends:
                 yield from (distance(end, other) for other in others)
@@ -425,7 +425,7 @@ class Quantities:
         z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
         crank, other = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])
         offset = chosen(first, self._offset(0), self._offset(1))
-        away = apart(z[:, 0, fixed], fixed, z[:, 1, fixed], 2 + fixed)
+        away = point_distance(z[:, 0, fixed], fixed, z[:, 1, fixed], 2 + fixed)
         return crank, self._length(*self._frame), links[2], other, offset, away
 
     def _offset(self, i: int) -> Row:
@@ -474,7 +474,7 @@ def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
     return angle / (np.pi / 2), -slope / sine[:, None] / (np.pi / 2)
 
 
-def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
+def point_distance(one: Complexes, i: int, other: Complexes, j: int) -> Row:
     """Return the distance of two points and its derivatives.
 
     Points 0 to 3 are pivots, 4 the guided point, 5 a fixed point.
@@ -500,7 +500,7 @@ def distance(one: Row, other: Row) -> Row:
     return np.abs(between), ((one[1] - other[1]) * unit.conj()[:, None]).real
 
 
-def own_slope(n: int, k: int) -> Complexes:
+def coordinate_slope(n: int, k: int) -> Complexes:
     """Return the derivatives (n, 10) of a point by all ten coordinates: 1 and i at its own two.
 
     `k` numbers the pivots, 0 to 3; 4 is the guided point.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..guidance.inverse import of_machine
-from ..guidance.metrics import nearest_to_turning, transmission
+from ..guidance.metrics import best_turning_cranks, transmission
 from ..guidance.sensitivity import COUNT, PoseJacobian, displaced, jacobian_at
 from ..guidance.slides import slide_ends, slide_runs
 from ..guidance.stations import Stationed
@@ -171,7 +171,7 @@ def _quantities(problem: Problem, machine: Stationed, by: PoseJacobian) -> Quant
         built, seen = of_machine(linkage, pose)
         plane = 0
     at = [seen.point(linkage.points[:, i, plane]) for i in (0, 1)]
-    turns = nearest_to_turning(built) if problem.constraints.full_rotation else None
+    turns = best_turning_cranks(built) if problem.constraints.full_rotation else None
     least, driver, _ = transmission(built, at, seen.x, turns)
     slides = slide_ends(linkage, slide_runs(linkage, pose))
     return Quantities(problem, linkage, machine.point, driver, slides, pose, by[::2], least)

@@ -169,7 +169,7 @@ def linearise(
     limited, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
         measures = {name: read.ranked(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
-    if rough := differenced(problem):
+    if rough := without_derivatives(problem):
         limited |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     limits_, measures_, by_error = _scatter_pieces(problem, found, guides)
     limited, measures = limited | limits_, measures | measures_
@@ -255,7 +255,7 @@ def has_room(problem: Problem) -> bool:
     return room is not None and room.is_convex and not problem.constraints.slots
 
 
-def differenced(problem: Problem) -> list[str]:
+def without_derivatives(problem: Problem) -> list[str]:
     """Return the constraints that have no derivatives in closed form."""
     wanted = problem.constraints
     rough = [name for name in ("keep_out", "min_lift") if getattr(wanted, name)]
@@ -274,7 +274,7 @@ def is_raced(problem: Problem) -> bool:
     wanted = problem.constraints
     if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
         return False
-    return not differenced(problem)
+    return not without_derivatives(problem)
 
 
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
