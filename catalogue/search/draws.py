@@ -13,19 +13,19 @@ from ..problem.problem import Problem
 from ..problem.region import Region
 
 #: Longest link or arm of a start [strokes].
-LONGEST = 12.0
+MAX_LINK = 12.0
 #: Shortest link or arm of a start [strokes].
-SHORTEST = 0.06
+MIN_LINK = 0.06
 #: Median of the radii of arcs of any radius, which are log-normal [strokes].
-RADIUS = 1.0
+MEDIAN_RADIUS = 1.0
 #: Standard deviation of the logarithms of these radii.
-BENT = 0.7
+RADIUS_SPREAD = 0.7
 #: Least of these radii [strokes].
-SHARPEST = 0.55
+MIN_RADIUS = 0.55
 #: Median distance of fixed pivots from mid-stroke, which is log-normal without a region [strokes].
-DISTANCE = 1.0
+MEDIAN_DISTANCE = 1.0
 #: Standard deviation of the logarithm of this distance.
-SPREAD = 0.6
+DISTANCE_SPREAD = 0.6
 
 
 def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
@@ -41,7 +41,9 @@ def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Flo
     """Draw the curvatures of the paths of starts [1/stroke]; they vary for arcs of any radius."""
     if problem.curvature is not None:
         return np.full(count, float(problem.curvature))
-    return np.asarray(-1 / np.clip(np.exp(random.normal(np.log(RADIUS), BENT, count)), SHARPEST, LONGEST))
+    return np.asarray(
+        -1 / np.clip(np.exp(random.normal(np.log(MEDIAN_RADIUS), RADIUS_SPREAD, count)), MIN_RADIUS, MAX_LINK)
+    )
 
 
 def summit(curvature: Floats) -> Complexes:
@@ -53,12 +55,12 @@ def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator
     """Draw a fixed pivot for each guided point, in its region or around the path, (n,)."""
     wanted, count = problem.constraints, len(point)
     region = region_of(problem)
-    most = wanted.max_size or LONGEST
-    away = np.minimum(np.exp(random.normal(np.log(DISTANCE), SPREAD, count)), 0.8 * most)
+    most = wanted.max_size or MAX_LINK
+    away = np.minimum(np.exp(random.normal(np.log(MEDIAN_DISTANCE), DISTANCE_SPREAD, count)), 0.8 * most)
     about = point + away * np.exp(2j * np.pi * random.random(count))
     if region is None:
         return np.asarray(about)
-    x0, y0, x1, y1 = np.clip(region.box, -LONGEST, LONGEST)
+    x0, y0, x1, y1 = np.clip(region.box, -MAX_LINK, MAX_LINK)
     return np.asarray(random.uniform(x0, x1, count) + 1j * random.uniform(y0, y1, count))
 
 

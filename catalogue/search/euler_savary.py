@@ -22,7 +22,7 @@ from ..candidates.batch import CandidateBatch, Origin, measured
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
 from ..problem.problem import Problem
-from .draws import DISTANCE, LONGEST, SHORTEST, curvatures, fixed_pivots, likeliest, summit
+from .draws import MAX_LINK, MEDIAN_DISTANCE, MIN_LINK, curvatures, fixed_pivots, likeliest, summit
 
 #: Part of the linkages drawn that is measured: those nearest to the path.
 MEASURED_SHARE = 0.2
@@ -63,7 +63,7 @@ def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Ge
     ray = away / far
     if not second:
         ray[:, 1] = np.exp(1j * random.uniform(0, np.pi, count))
-    reach = np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(DISTANCE), 1.0, count))
+    reach = np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(MEDIAN_DISTANCE), 1.0, count))
     with np.errstate(all="ignore"):
         p = (point - pole).imag  # coordinate along the normal, +y
         centre = curvature / (1 + p * curvature)
@@ -86,5 +86,5 @@ def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Ge
             links += [np.abs(ends[:, 1, 1] - ends[:, 1, 0]), np.abs(fixed[:, 1] - fixed[:, 0])]
         arms = [np.abs(moving[:, i] - point) for i in (0, 1)]
         every = np.stack([*links, *arms])
-        good = np.asarray((every > SHORTEST).all(0) & (every < LONGEST).all(0))
+        good = np.asarray((every > MIN_LINK).all(0) & (every < MAX_LINK).all(0))
     return np.where(good[:, None, None, None], pivots, np.nan)

@@ -10,10 +10,20 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, measured
 from ..kinematics.linkage import Linkage
 from ..problem.problem import Problem
-from .draws import BENT, DISTANCE, LONGEST, SHORTEST, allowed, curvatures, fixed_pivots, region_of, summit
+from .draws import (
+    MAX_LINK,
+    MEDIAN_DISTANCE,
+    MIN_LINK,
+    RADIUS_SPREAD,
+    allowed,
+    curvatures,
+    fixed_pivots,
+    region_of,
+    summit,
+)
 
 #: Least angle of a parallelogram from its dead points over the stroke [rad].
-DEAD = 0.35
+MIN_DEAD_POINT_ANGLE = 0.35
 #: Largest stroke over the diameter of the rolling circle.
 MAX_STROKE = 0.95
 
@@ -32,14 +42,14 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
     All points of the coupler run along such an arc exactly.
     """
     bend = curvatures(problem, count, random)
-    free = np.maximum(0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD, 0.0)
+    free = np.maximum(0.5 * np.pi - np.arcsin(-0.5 * bend) - MIN_DEAD_POINT_ANGLE, 0.0)
     tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
     first, second = (fixed_pivots(problem, summit(bend), random) for _ in range(2))
     if region_of(problem) is None:
         second = first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)
     ground = second - first
     inclination = np.arctan2(np.abs(ground.imag), np.abs(ground.real))
-    good = (ground != 0) & (inclination < free) & (-bend * LONGEST >= 1)
+    good = (ground != 0) & (inclination < free) & (-bend * MAX_LINK >= 1)
     bend, fixed = bend[good], np.stack([first[good], second[good]], axis=1)
     if not len(bend):
         return None
@@ -70,7 +80,7 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     point = np.full(count, 0.5 + 0j)
     pin = fixed_pivots(problem, point, random)
     fixed_centre = 0.5 + np.where(random.random(count) < 0.5, 1, -1) * np.exp(
-        random.normal(np.log(DISTANCE), BENT, count)
+        random.normal(np.log(MEDIAN_DISTANCE), RADIUS_SPREAD, count)
     )
     half = 0.5 * (fixed_centre + 0.5)  # the rolling circle passes through this point, the guided point and the pin
     with np.errstate(all="ignore"):
@@ -82,7 +92,7 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     fixed = [1j * (pin - fixed_centre), np.where(crank, fixed_centre, 1j * (second - fixed_centre))]
     pairs = ((pin, second), (pin, fixed_centre), (second, fixed_centre), (pin, point), (second, point))
     long = np.stack([np.abs(a - b) for a, b in pairs])
-    good = (np.abs(fixed_centre - 0.5) + 0.5 < MAX_STROKE * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
+    good = (np.abs(fixed_centre - 0.5) + 0.5 < MAX_STROKE * 2 * radius) & (radius < MAX_LINK) & (long > MIN_LINK).all(0)
     with np.errstate(all="ignore"):
         turn = np.sign(centre.imag) * np.arccos((np.array([[0.0], [1.0]]) - fixed_centre) / (2 * radius))
     way = np.cos(turn - np.angle(pin - fixed_centre))

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path, slides_on_path
-from ..candidates.feasibility import best_orientation, excess, in_costs
+from ..candidates.feasibility import best_orientation, excess, fill_missing
 from ..candidates.select import ranks
 from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
@@ -39,7 +39,7 @@ CUT_RANGE = (0.02, 1.5)
 STROKE_EXPONENT = 4.5
 #: Typical exponent of the tolerance to which the stroke is proportional.
 TOLERANCE_EXPONENT = 0.22
-#: Violation by a deviation e times the tolerance [radians].
+#: Violation by a deviation of 2.718 tolerances, on a logarithmic scale [radians].
 DEVIATION_VIOLATION = 0.1
 #: Violation by a straight line whose distance from a flat arc is the tolerance [radians].
 LINE_VIOLATION = 0.02
@@ -224,7 +224,9 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
         if row.typical is not None:
             values[row.criterion] = np.full(len(reaches), row.typical)
         elif row.measure in reaches.stored:
-            value = in_costs(row, reaches[row.measure] * shorter if row.unit == LENGTH else reaches[row.measure] / 90)
+            value = fill_missing(
+                row, reaches[row.measure] * shorter if row.unit == LENGTH else reaches[row.measure] / 90
+            )
             values[row.criterion] = value if row.limit is None or not row.is_upper else np.maximum(row.limit, value)
     return values
 

@@ -21,7 +21,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, motion
 from ..kinematics.types import Complexes, Floats
 from ..problem.problem import Problem
-from .draws import LONGEST, SHORTEST
+from .draws import MAX_LINK, MIN_LINK
 
 
 @dataclass(frozen=True)
@@ -79,8 +79,10 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
     links = [np.abs(z[:, 1, j] - z[:, 0, j]) for j in (0, 1)]
     arms = np.abs(z[:, :, 1] - point[:, None])
     longest = np.maximum(np.max(links, axis=0), arms.min(1))
-    most = min(wanted.longest or LONGEST, LONGEST)
-    good = np.flatnonzero((longest < LONGEST) & (arms.min(1) > SHORTEST) & (np.abs(z[:, 0, 1] - z[:, 0, 0]) > SHORTEST))
+    most = min(wanted.longest or MAX_LINK, MAX_LINK)
+    good = np.flatnonzero(
+        (longest < MAX_LINK) & (arms.min(1) > MIN_LINK) & (np.abs(z[:, 0, 1] - z[:, 0, 0]) > MIN_LINK)
+    )
     best = good[np.lexsort((scatter[good], longest[good] > most))][:count]
     if not len(best):
         return None

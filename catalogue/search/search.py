@@ -83,13 +83,13 @@ CUTS = Cuts()
 LEAD_IN = LeadIn()
 
 #: Number of answers that suffices to end the search.
-AMPLE = 6
+ENOUGH_ANSWERS = 6
 #: Number of answers that is never reached: all broad phases are run.
-EVERY = 1_000_000
+UNREACHABLE_COUNT = 1_000_000
 #: Number of candidates in a refinement, none of them the best, that are not worth a further round.
-FEW = 3
+MIN_REFINED = 3
 #: Least gain of a phase, relative to the cost, or to 1 for a smaller cost that is no deviation.
-GAIN = 3e-3
+MIN_GAIN = 3e-3
 #: Number of starts most like a candidate, and of most promising ones, where an answer is likely
 #: near it.
 LIKELY_STARTS = 4
@@ -116,7 +116,7 @@ class Search:
     database: Database
     report: SearchReport = field(default_factory=SearchReport)
     refines: bool = True  #: whether starts are refined; otherwise they are returned as stored
-    enough: int = AMPLE  #: number of answers that ends the search
+    enough: int = ENOUGH_ANSWERS  #: number of answers that ends the search
     given: InitVar[CandidateBatch | None] = None  #: further starts
     effort: int = 1  #: number of this search for the problem, from 1
     warm: bool = False  #: whether the further starts are answers to a tighter problem
@@ -292,7 +292,7 @@ class Search:
                 break
         for _ in range(self.budget.farther):
             left = np.flatnonzero(self.refining.active)
-            few = len(left) <= FEW and np.argmin(self.refining.merit) not in left
+            few = len(left) <= MIN_REFINED and np.argmin(self.refining.merit) not in left
             if few or self._one_suffices:
                 break
             yield from self._refined()
@@ -313,7 +313,7 @@ class Search:
 
         So a tolerance is met whenever a search for the least deviation would meet it.
         """
-        how: dict[str, Any] = {"enough": EVERY, "effort": self.effort, "budget": self.budget}
+        how: dict[str, Any] = {"enough": UNREACHABLE_COUNT, "effort": self.effort, "budget": self.budget}
         problem = replace(by_deviation(self.problem), effort=max(self.problem.effort, 1))
         least = Search(problem, self.database, self.report, **how)
         yield from least._take(self._nearest_to_constraints(self.found), LEAD_IN.nearest)
@@ -458,6 +458,6 @@ class Search:
         return float(np.min(self.cost, initial=np.inf))
 
     def _gained(self, before: float) -> bool:
-        """Whether the least cost is below a former one by more than `GAIN`."""
+        """Whether the least cost is below a former one by more than `MIN_GAIN`."""
         unit = abs(before) if self._by_deviation else max(abs(before), 1.0)
-        return self._least < (before - GAIN * unit if np.isfinite(before) else before)
+        return self._least < (before - MIN_GAIN * unit if np.isfinite(before) else before)

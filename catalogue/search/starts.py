@@ -26,9 +26,9 @@ from . import euler_savary, exact_guides, retrieve, rotating_crank, turning_cran
 from .draws import allowed
 
 #: Number of stored guides that are measured in a phase.
-STORED = 200
+STORED_STARTS = 200
 #: Number of linkages of each family that are drawn in a phase, to be measured.
-DRAWN = 2500
+DRAWN_LINKAGES = 2500
 #: Number of exact guides drawn.
 EXACT_GUIDES = 200
 #: Number of stored guides among which similar ones to a candidate are sought.
@@ -37,9 +37,9 @@ LIKELY_POOL = 90
 #: more.
 CIRCLING_DIVISOR = 8
 #: Largest number of attempts to read stored guides while builds replace them.
-READS = 5
+MAX_READS = 5
 #: Number of best points that are perturbed.
-BEST = 8
+PERTURBED_POINTS = 8
 #: Number of perturbed copies of each point.
 COPIES = 12
 #: Range of the perturbations, as powers of ten [strokes].
@@ -106,13 +106,13 @@ class Starts:
         if self.problem.is_wide:
             parts = self._wide_arc_starts()
         else:
-            parts = [self._stored(STORED)]
+            parts = [self._stored(STORED_STARTS)]
             if number == 0:
                 parts += self._made_at_once()
             if self.refines or number:  # without refinement stored guides come first
                 parts += self._made()
         if self.problem.constraints.full_rotation and "four-bar" in self._families:
-            parts.append(rotating_crank.starts(self.problem, DRAWN, self._random))
+            parts.append(rotating_crank.starts(self.problem, DRAWN_LINKAGES, self._random))
         if number:
             parts.append(self._copies(found))
         return self._joined(parts, each, with_given=number == 0)
@@ -123,7 +123,11 @@ class Starts:
 
     def likely(self, near: CandidateBatch, count: int) -> CandidateBatch | None:
         """Return the `count` stored starts most similar to a candidate, and the `count` best."""
-        parts = self._wide_arc_starts() if self.problem.is_wide else [self._stored(STORED), self._stored(STORED // 2)]
+        parts = (
+            self._wide_arc_starts()
+            if self.problem.is_wide
+            else [self._stored(STORED_STARTS), self._stored(STORED_STARTS // 2)]
+        )
         starts = self._joined(parts, LIKELY_POOL)
         if starts is None:
             return None
@@ -152,11 +156,11 @@ class Starts:
 
     def _made(self) -> list[CandidateBatch | None]:
         """Return linkages of each family with second-order contact in mid-stroke."""
-        return [euler_savary.starts(self.problem, name, DRAWN, self._random) for name in self._families]
+        return [euler_savary.starts(self.problem, name, DRAWN_LINKAGES, self._random) for name in self._families]
 
     def _wide_arc_starts(self) -> list[CandidateBatch | None]:
         """Return starts for an arc near a half circle or beyond, of each family."""
-        count = DRAWN // CIRCLING_DIVISOR
+        count = DRAWN_LINKAGES // CIRCLING_DIVISOR
         names = turning_cranks.families(self.problem)
         return [turning_cranks.starts(self.problem, name, count, self._random) for name in names]
 
@@ -178,7 +182,7 @@ class Starts:
 
     def _stored(self, count: int) -> CandidateBatch | None:
         """Return stored starts; where a build replaces them meanwhile, return the new ones."""
-        for _ in range(READS - 1):
+        for _ in range(MAX_READS - 1):
             try:
                 return self._shortlisted(count)
             except retrieve.ChangedError:
@@ -212,7 +216,7 @@ class Starts:
         if found is None or not self.refines or self.problem.constraints.returns:
             return None
         merit = self._merits(found)
-        best = np.argsort(merit)[:BEST]
+        best = np.argsort(merit)[:PERTURBED_POINTS]
         best = best[np.isfinite(merit[best])]
         if not len(best):
             return None

@@ -70,7 +70,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
         shift, turn = pose.point(pin), 1 + pose.x
         drawn = DRAWS.away * radius * (random.normal(size=len(pin)) + 1j * random.normal(size=len(pin)))
         first: Complexes = np.where(random.random(len(pin)) < 0.5, 0.0, drawn).astype(complex)
-        scatter, arm, middle = circling(shift, turn, radius, first)
+        scatter, arm, middle = fit_circles(shift, turn, radius, first)
         point = pin + arm
         top = point - middle
         scale = 1j * np.abs(top) / top
@@ -84,7 +84,9 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     return measured(problem, Origin.made(laid, "general"), laid, scale * point[best] + move, nothing)
 
 
-def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -> tuple[Floats, Complexes, Complexes]:
+def fit_circles(
+    shift: Complexes, turn: Complexes, radius: float, arm: Complexes
+) -> tuple[Floats, Complexes, Complexes]:
     """Fit circles to the paths z -> shift + turn z of points of n planes.
 
     Parameters
