@@ -9,7 +9,7 @@ import numpy as np
 from ...kinematics.types import Array
 
 #: Tolerance of a position in an interval [intervals]; Newton's method corrects poses afterwards.
-NEAR = 1e-9
+PART_TOLERANCE = 1e-9
 
 
 class Limits(NamedTuple):
@@ -132,7 +132,7 @@ class Trace(NamedTuple):
             with np.errstate(all="ignore"):
                 better = t - off / cubic_slope(t, h, *g)
             t, before = np.where((better >= low) & (better <= high), better, (low + high) / 2), t
-            if not (np.abs(t - before) > NEAR).any():
+            if not (np.abs(t - before) > PART_TOLERANCE).any():
                 break
         return np.asarray(t)
 

@@ -12,14 +12,14 @@ from .curve import Curve, Trace, around, cubic
 from .newton import across
 
 #: Slope below which a drive is stationary and does not reverse [units per rad or unit].
-FLAT = 1e-9
+STATIONARY_SLOPE = 1e-9
 #: Largest slope of the drive at a dead point; the error of the drive is its square.
-FOUND = 1e-10
+SLOPE_TOLERANCE = 1e-10
 #: Change of arc length below which a root is exact to rounding [rad, units].
-NEAREST = 1e-13
+ARC_TOLERANCE = 1e-13
 
 
-def unfolded(curve: Curve, trace: Trace) -> Trace:
+def split_folds(curve: Curve, trace: Trace) -> Trace:
     """Insert a node into each interval of a trace in which the drive reverses twice.
 
     The cubic between two nodes, of slope s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, shows candidates;
@@ -34,7 +34,7 @@ def unfolded(curve: Curve, trace: Trace) -> Trace:
             return float(direction * across(curve, trace.at(np.array([s])), trace.tangent[k][None])[2][0])  # noqa: B023
 
         least = minimize_scalar(slope, bounds=(trace.s[k], trace.s[k + 1]), method="bounded", options={"xatol": 1e-9})
-        if least.fun < -FLAT:
+        if least.fun < -STATIONARY_SLOPE:
             trace = _with_node(curve, trace, int(k), float(least.x))
     return trace
 
@@ -68,7 +68,7 @@ def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
 
     a, b, f, (y, tangent, slope) = one.s, other.s, at(one.s)[2], at(other.s)
     low, high, crosses = 1.5 * a - 0.5 * b, 1.5 * b - 0.5 * a, f * slope < 0
-    done = (slope == f) | (np.abs(slope) < FOUND)
+    done = (slope == f) | (np.abs(slope) < SLOPE_TOLERANCE)
     for _ in range(100):
         if done.all():
             break
@@ -82,7 +82,7 @@ def dead_points(curve: Curve, one: Trace, other: Trace) -> Trace:
         f = np.where(done, f, np.where(stays, f * np.where(share > 0, share, 0.5), slope))
         a = np.where(done | stays, a, b)
         y, tangent = (np.where(done[:, None], v, w) for v, w in ((y, there), (tangent, along)))
-        ended = ~(np.abs(new) >= FOUND) | ~(np.abs(s - b) >= NEAREST) | (new == slope)
+        ended = ~(np.abs(new) >= SLOPE_TOLERANCE) | ~(np.abs(s - b) >= ARC_TOLERANCE) | (new == slope)
         b, slope, done = s, np.where(done, slope, new), done | ended
     value = _unwind(curve, curve(y)[2], one.drive)
     return Trace(b, y, curve.lifted(y, tangent), value, np.zeros_like(b), tangent)

@@ -14,9 +14,9 @@ import numpy as np
 from ...kinematics.types import Array
 
 #: Number of systems up to which LAPACK is faster.
-FEW = 24
+MAX_LAPACK = 24
 #: Logarithm of a determinant, relative to the entries, below which LAPACK is not used.
-NEARLY = -30.0
+MIN_LOG_DETERMINANT = -30.0
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
@@ -35,11 +35,11 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
         Sign of the determinant.
     """
     m, n = matrix.shape[0], matrix.shape[-1]
-    if n <= FEW:
+    if n <= MAX_LAPACK:
         each = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
         with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
             one, size = np.linalg.slogdet(each)
-            if (size > m * np.log(np.abs(each).max((1, 2), initial=0)) + NEARLY).all():
+            if (size > m * np.log(np.abs(each).max((1, 2), initial=0)) + MIN_LOG_DETERMINANT).all():
                 return np.moveaxis(np.linalg.solve(each, np.moveaxis(right, -1, 0)), 0, -1), one
     a = np.concatenate([matrix, right], axis=1)
     sign, every = np.ones(n), np.arange(n)

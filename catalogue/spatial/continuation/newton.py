@@ -37,7 +37,7 @@ def newton_step(f: Array, j: Array, tangent: Array, signed: bool = False) -> tup
     bordered = np.concatenate([j, tangent[:, None]], axis=1)
     right = np.zeros((*tangent.shape, 2))
     right[:, :-1, 0], right[:, -1, 1] = -f, 1
-    if len(f) <= elimination.FEW:
+    if len(f) <= elimination.MAX_LAPACK:
         z, sign = solve(bordered, right), np.linalg.slogdet(bordered)[0] if signed else right[:, 0, 1]
     else:
         z, sign = elimination.solve(np.moveaxis(bordered, 0, -1), np.moveaxis(right, 0, -1))

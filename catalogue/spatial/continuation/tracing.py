@@ -32,11 +32,11 @@ LIMITS = Limits(
 #: Least divisor.
 TINY = 1e-9
 #: Fourth power of the least ratio of a step to the next, 1 / 2.
-BEST = 0.0625
+MIN_STEP_RATIO = 0.0625
 #: Fourth power of the greatest ratio of a step to the next, 1 / 0.3.
-WORST = 123.5
+MAX_STEP_RATIO = 123.5
 #: Largest number of nodes of a curve.
-MOST = 2000
+MAX_NODES = 2000
 #: Reasons why a curve ends.
 TURNING = "dead point"
 BRANCH = "branch point"
@@ -130,7 +130,7 @@ class March:
         # corrections and the square of the bow grow like the fourth power of a step, its turn
         # linearly
         worst = np.maximum(np.maximum(size / limits.aim, 2 * bent), 4 * turned**2)
-        change = np.fmax(np.fmin(worst, WORST), BEST) ** -0.25
+        change = np.fmax(np.fmin(worst, MAX_STEP_RATIO), MIN_STEP_RATIO) ** -0.25
         change = np.where(good, change, np.minimum(change, 0.5))
         node = s + arc, y_new, rate_new, value, slope_new, new
         return np.minimum(change * self.h, limits.longest), node, np.asarray(good), crossing
@@ -163,7 +163,7 @@ def _where(mask: Array, a: Array, b: Array) -> Array:
     return np.asarray(np.where(mask.reshape(-1, *[1] * (a.ndim - 1)), a, b))
 
 
-def toward(curve: Curve, y: Array, tangent: Array, target: Array, **given: Any) -> Traces:
+def trace_toward(curve: Curve, y: Array, tangent: Array, target: Array, **given: Any) -> Traces:
     """Trace curves until their drives pass a target (n,) or reverse.
 
     Further arguments are those of `March`.
@@ -171,7 +171,7 @@ def toward(curve: Curve, y: Array, tangent: Array, target: Array, **given: Any) 
     march = March(curve, y, tangent, **given)
     direction = np.sign(target - march.last[3])
     march.end(direction == 0)
-    for _ in range(MOST):
+    for _ in range(MAX_NODES):
         if not len(march.who):
             break
         good, here = march.step(), direction[march.who]
