@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Panels in a row.
-BESIDE = 3
+PANELS_PER_ROW = 3
 #: Largest number of panels of a sheet.
-MOST = 24
+MAX_PANELS = 24
 #: Width and height of a panel [inch].
-PANEL = (3.2, 2.3)
+PANEL_SIZE = (3.2, 2.3)
 
 
 def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[str] | None = None) -> Figure:
@@ -38,11 +38,11 @@ def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[s
     columns = [
         array(f"column {name}", column, drive.shape) for name, (_, column) in zip(names, table.items(), strict=True)
     ]
-    if not 0 < len(names) <= MOST:
-        raise InvalidRequest(f"{len(names)} columns: choose up to {MOST} to be plotted")
-    beside = min(BESIDE, len(names))
+    if not 0 < len(names) <= MAX_PANELS:
+        raise InvalidRequest(f"{len(names)} columns: choose up to {MAX_PANELS} to be plotted")
+    beside = min(PANELS_PER_ROW, len(names))
     rows = -(-len(names) // beside)
-    figure = blank(max(beside * PANEL[0], 4.5), rows * PANEL[1] + 0.3)
+    figure = blank(max(beside * PANEL_SIZE[0], 4.5), rows * PANEL_SIZE[1] + 0.3)
     panels = figure.subplots(rows, beside, squeeze=False).ravel()
     for ax, name, y in zip(panels, names, columns, strict=False):
         ax.plot(drive, y, color=COUPLER, lw=1.6)

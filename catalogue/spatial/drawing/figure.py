@@ -18,27 +18,27 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Width and height [inch].
-SIZE = (9.0, 7.0)
+FIGURE_SIZE = (9.0, 7.0)
 #: Fraction of the height for the title.
-TOP = 0.1
+TITLE_HEIGHT = 0.1
 #: Elevations of the views that are tried [deg].
 ELEVATIONS = (16, 24, 32)
 #: Azimuths of the views that are tried [deg].
 AZIMUTHS = range(-175, 180, 10)
 #: Colours of bodies, distinct for colour-blind readers (Okabe and Ito).
-BODIES = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+BODY_COLOURS = ("#0072b2", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 #: Colours of paths.
-PATHS = (PATH, "#b5342b", "#8a6fb0")
+PATH_COLOURS = (PATH, "#b5342b", "#8a6fb0")
 #: Colour of guides and springs.
-GUIDE = "#5b9aa0"
+GUIDE_COLOUR = "#5b9aa0"
 #: Opacity of ghosts.
-GHOST = 0.22
+GHOST_OPACITY = 0.22
 
 
 def draw(scene: Scene, file: str | PathLike[str] | None = None, labels: bool = True) -> Figure:
     """Draw a scene; write it to a PNG, SVG or PDF file if one is given."""
     kind = kind_of(file) if file is not None else ""
-    figure = blank(*SIZE)
+    figure = blank(*FIGURE_SIZE)
     sheet = Sheet(figure, scene)
     for pose in reversed(range(len(scene.balls))):
         sheet.pose(pose)
@@ -62,8 +62,8 @@ class Sheet:
 
         self.scene, self.figure = scene, figure
         add: Any = figure.add_axes
-        self.ax = add((0.0, 0.0, 1.0, 1 - TOP), projection=Axes3D.name, computed_zorder=False)
-        self.colours = {b.name: BODIES[i % len(BODIES)] for i, b in enumerate(scene.bodies)}
+        self.ax = add((0.0, 0.0, 1.0, 1 - TITLE_HEIGHT), projection=Axes3D.name, computed_zorder=False)
+        self.colours = {b.name: BODY_COLOURS[i % len(BODY_COLOURS)] for i, b in enumerate(scene.bodies)}
         low, high = scene.places.min(0), scene.places.max(0)
         room = np.maximum(high - low, 0.25 * scene.size) * 1.02
         for name, middle, half in zip("xyz", (low + high) / 2, room / 2, strict=True):
@@ -125,17 +125,19 @@ class Sheet:
 
     def pose(self, k: int) -> None:
         """Draw all parts in pose k; poses other than the first are ghosts."""
-        scene, alpha = self.scene, 1.0 if k == 0 else GHOST
+        scene, alpha = self.scene, 1.0 if k == 0 else GHOST_OPACITY
         for _, patch in scene.patches:
             if k == 0:
                 grid = np.moveaxis(patch[0], -1, 0)
-                self.ax.plot_surface(*grid, color=GUIDE, alpha=0.22, lw=0, shade=False, zorder=2)
-                self.ax.plot_wireframe(*grid, color=GUIDE, alpha=0.35, lw=0.5, rcount=7, ccount=7, zorder=3)
+                self.ax.plot_surface(*grid, color=GUIDE_COLOUR, alpha=0.22, lw=0, shade=False, zorder=2)
+                self.ax.plot_wireframe(*grid, color=GUIDE_COLOUR, alpha=0.35, lw=0.5, rcount=7, ccount=7, zorder=3)
         for _, curve in scene.curves:
-            self.ax.plot(*curve[k].T, color=GUIDE, lw=2.0, alpha=alpha, zorder=4 if k == 0 else 3)
+            self.ax.plot(*curve[k].T, color=GUIDE_COLOUR, lw=2.0, alpha=alpha, zorder=4 if k == 0 else 3)
         for ring in scene.rings:
             z = self.depth(ring[k], -2) if k == 0 else 3
-            self.ax.plot(*ring[k].T, color=GREY, lw=1.4 if k == 0 else 1.0, alpha=0.9 if k == 0 else GHOST, zorder=z)
+            self.ax.plot(
+                *ring[k].T, color=GREY, lw=1.4 if k == 0 else 1.0, alpha=0.9 if k == 0 else GHOST_OPACITY, zorder=z
+            )
         for body in scene.bodies:
             self.body(body, k)
         for link in scene.links:
@@ -180,12 +182,12 @@ class Sheet:
             if len(x) > 3 and k == 0:  # three-dimensional body
                 self.ax.plot(*x[[i, j]].T, color=colour, lw=1.3, zorder=self.depth(x[[i, j]], -0.5))
             else:
-                self.bar(x[[i, j]], 2.6 if k == 0 else 1.0, colour, alpha=1.0 if k == 0 else GHOST)
+                self.bar(x[[i, j]], 2.6 if k == 0 else 1.0, colour, alpha=1.0 if k == 0 else GHOST_OPACITY)
         for rod in body.rods[k]:
-            self.bar(rod, 4.4 if k == 0 else 2.0, colour, alpha=1.0 if k == 0 else GHOST)
+            self.bar(rod, 4.4 if k == 0 else 2.0, colour, alpha=1.0 if k == 0 else GHOST_OPACITY)
 
     def paths(self) -> None:
-        for colour, (_, x) in zip(PATHS * len(self.scene.paths), self.scene.paths.items(), strict=False):
+        for colour, (_, x) in zip(PATH_COLOURS * len(self.scene.paths), self.scene.paths.items(), strict=False):
             good = x[np.isfinite(x).all(1)]
             if len(good):
                 self.ax.plot(*good.T, color=colour, lw=2.2, zorder=24)
@@ -241,8 +243,8 @@ class Sheet:
                 body.name, self.flat(tips if len(tips) else body.points[0]), self.colours[body.name], bold=True
             )
         for name, guide in (*scene.curves, *scene.patches):
-            letters.write(name, self.flat(guide[0].reshape(-1, 3)[[0, -1]]), GUIDE, at_ends=True)
-        for colour, (name, x) in zip(PATHS * len(scene.paths), scene.paths.items(), strict=False):
+            letters.write(name, self.flat(guide[0].reshape(-1, 3)[[0, -1]]), GUIDE_COLOUR, at_ends=True)
+        for colour, (name, x) in zip(PATH_COLOURS * len(scene.paths), scene.paths.items(), strict=False):
             good = x[np.isfinite(x).all(1)]
             if name and len(good):
                 letters.write(name, self.flat(good[[0, -1]]), colour, at_ends=True)

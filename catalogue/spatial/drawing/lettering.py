@@ -13,13 +13,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Font size [points].
-LETTER = 8.5
+FONT_SIZE = 8.5
 #: Mean width of a letter [font sizes].
-WIDTH = 0.56
+LETTER_WIDTH = 0.56
 #: Positions along a line at which a text is tried [lengths of the line].
-ALONG = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
+POSITIONS_ALONG = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
 #: Distances from a line at which a text is tried [points].
-AWAY = (10.0, 15.0, 22.0, 30.0)
+DISTANCES = (10.0, 15.0, 22.0, 30.0)
 
 
 class Letters:
@@ -41,10 +41,14 @@ class Letters:
 
         if not text:
             return
-        half = np.array([len(text) * WIDTH * LETTER * (1.08 if bold else 1.0), 1.25 * LETTER]) / 2 * self.scale
+        half = (
+            np.array([len(text) * LETTER_WIDTH * FONT_SIZE * (1.08 if bold else 1.0), 1.25 * FONT_SIZE])
+            / 2
+            * self.scale
+        )
         place = min(self._places(x, half, at_ends), key=lambda p: self._cost(p[0], half) + p[1])[0]
         self.taken.append(np.concatenate([place, half]))
-        style: dict[str, Any] = {"fontsize": LETTER, "color": colour, "fontweight": "bold" if bold else "normal"}
+        style: dict[str, Any] = {"fontsize": FONT_SIZE, "color": colour, "fontweight": "bold" if bold else "normal"}
         at = self.figure.transFigure.inverted().transform(place)
         self.figure.text(
             at[0],
@@ -62,11 +66,11 @@ class Letters:
         if at_ends or len(x) != 2:
             anchors = [(p, 0.0) for p in x]
         else:
-            anchors = [(x[0] + t * (x[1] - x[0]), 2 * abs(t - 0.5)) for t in ALONG]
+            anchors = [(x[0] + t * (x[1] - x[0]), 2 * abs(t - 0.5)) for t in POSITIONS_ALONG]
         for p, less in anchors:
             for k in range(12):
                 direction = np.array([np.cos(k * np.pi / 6), np.sin(k * np.pi / 6)])
-                for away in AWAY:
+                for away in DISTANCES:
                     reach = away * self.scale + min(half[0] * abs(direction[0]) + half[1] * abs(direction[1]), half[0])
                     out.append((p + reach * direction, less + 0.08 * away))
         return out

@@ -12,7 +12,7 @@ import numpy as np
 from ...kinematics.types import Array
 
 #: Length of an axis beyond its joint [sizes of the scene].
-REACH = 0.045
+AXIS_OVERHANG = 0.045
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Axis:
 
     def ends(self, size: float) -> Array:
         """Return the ends of the symbol, (p, 2, 3)."""
-        more = REACH * size * (1.6 if self.slides else 1.0) * self.direction
+        more = AXIS_OVERHANG * size * (1.6 if self.slides else 1.0) * self.direction
         return np.stack([self.points[:, 0] - more, self.points[:, -1] + more], axis=1)
 
 
