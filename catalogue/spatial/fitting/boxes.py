@@ -17,7 +17,7 @@ from ..jointed.mechanism import Mechanism
 from ..jointed.system import System
 
 #: Fields of elements that hold hard points.
-FIELDS: dict[type, tuple[str, ...]] = {
+POINT_FIELDS: dict[type, tuple[str, ...]] = {
     Link: ("from_", "to"),
     Spherical: ("at",),
     Revolute: ("at", "to"),
@@ -74,7 +74,7 @@ class Variables:
         self.where = [
             (i, field)
             for i, x in enumerate(mechanism.elements)
-            for field in FIELDS.get(type(x), ())
+            for field in POINT_FIELDS.get(type(x), ())
             if getattr(x, field) is not None
         ]
         self.labels = tuple(f"{titles[i]}.{field.rstrip('_')}" for i, field in self.where)
@@ -150,7 +150,7 @@ class Variables:
 
 
 def _check_box(box: Box) -> tuple[Array, Array]:
-    """Return half sizes (3,) and the factors of the points after the first."""
+    """Check a box; return half sizes (3,) and the mirror factors of all points after the first."""
     size = np.broadcast_to(array("Box.half", box.half, (), (3,)), (3,))
     if not (np.isfinite(size) & (size >= 0)).all():
         raise InvalidRequest(f"half sizes of a Box are one or three numbers, 0 or more, not {quoted(box.half)}")

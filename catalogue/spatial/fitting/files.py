@@ -30,15 +30,15 @@ from ...kinematics.types import Array
 from ..jointed.job import Job
 from ..jointed.motion import Motion
 from ..jointed.reading import ELEMENTS, table_in, tables_in
-from .boxes import FIELDS, Box
+from .boxes import POINT_FIELDS, Box
 from .fit import fit
 from .outcome import Fit
 from .targets import Bound, Reading, Sweep, Target, link_length, off_circle, off_line
 
 #: Largest number of positions of a sweep.
-MOST = 10_000
+MAX_POSITIONS = 10_000
 #: Fields of each table.
-KNOWN = {
+TABLE_FIELDS = {
     "sweep": {"drive", "hold", "values", "from", "to", "steps"},
     "target": {"read", "length", "point", "line", "circle", "value", "values", "x", "y", "tolerance", "offset", "over"},
     "bound": {"read", "length", "least", "most", "tolerance", "over"},
@@ -66,8 +66,8 @@ class Asked:
     def __init__(self, job: Job) -> None:
         self.job, section = job, table_in(job.given, "fit", "the file")
         for name in section:
-            if name not in KNOWN:
-                raise InvalidRequest(f"fit: {quoted(name)} means nothing; tables are {', '.join(KNOWN)}")
+            if name not in TABLE_FIELDS:
+                raise InvalidRequest(f"fit: {quoted(name)} means nothing; tables are {', '.join(TABLE_FIELDS)}")
         if not section:
             raise InvalidRequest("the file says nothing of what is to be fitted: add [[fit.target]] and [[fit.box]]")
         self.tables: WeakKeyDictionary[Motion, pd.DataFrame] = WeakKeyDictionary()
@@ -96,8 +96,8 @@ class Asked:
         elif {"from", "to"} <= set(one):
             ends = [_number_of(one, k, what, 0.0) for k in ("from", "to")]
             steps = one.get("steps", 17)
-            if not isinstance(steps, int) or not 2 <= steps <= MOST:
-                raise InvalidRequest(f"{what}.steps must be a whole number from 2 to {MOST}")
+            if not isinstance(steps, int) or not 2 <= steps <= MAX_POSITIONS:
+                raise InvalidRequest(f"{what}.steps must be a whole number from 2 to {MAX_POSITIONS}")
             values = np.linspace(ends[0], ends[1], steps)
         else:
             raise InvalidRequest(f"{what} needs values, or from and to")
@@ -199,9 +199,9 @@ def _box(one: Mapping[str, Any], what: str) -> Box:
 
 def _check_fields(kind: str, one: dict[str, Any], what: str) -> dict[str, Any]:
     for name in one:
-        if name not in KNOWN[kind]:
+        if name not in TABLE_FIELDS[kind]:
             raise InvalidRequest(
-                f"{what}: {quoted(name)} means nothing; its fields are {', '.join(sorted(KNOWN[kind]))}"
+                f"{what}: {quoted(name)} means nothing; its fields are {', '.join(sorted(TABLE_FIELDS[kind]))}"
             )
     return one
 
@@ -224,12 +224,12 @@ def _number_of(one: Mapping[str, Any], name: str, what: str, default: float) -> 
 
 
 # -- the file with hard points moved ------------------------------------------------------------
-def rewritten(job: Job, found: Fit) -> dict[str, Any]:
+def fitted_tables(job: Job, found: Fit) -> dict[str, Any]:
     """Return the tables of a file with fitted hard points."""
     given = deepcopy(job.given)
     tables = [one for kind in ELEMENTS for one in given.get(kind, [])]
     for table, was, now in zip(tables, job.mechanism.joints, found.mechanism.joints, strict=True):
-        for field in FIELDS.get(type(now), ()):
+        for field in POINT_FIELDS.get(type(now), ()):
             if getattr(now, field) is not getattr(was, field):
                 table[field.rstrip("_")] = list(getattr(now, field))
     return given

@@ -11,10 +11,10 @@ from scipy.optimize import least_squares
 from ...errors import InvalidRequest, NotMovable
 from ...given import instance, several, whole
 from ...kinematics.types import Array
-from ..jointed.hard_points import FAR
+from ..jointed.hard_points import MAX_COORDINATE
 from ..jointed.mechanism import Mechanism
 from .boxes import Box, Variables
-from .outcome import KEPT, Fit
+from .outcome import BOUND_TOLERANCE, Fit
 from .targets import Bound, Target
 from .trials import Trial, Trials
 
@@ -25,15 +25,15 @@ XTOL = 1e-13
 #: Gradient at which a search stops.
 GTOL = 1e-15
 #: Deviation at which a target is met exactly and the search ends [tolerances].
-ENOUGH = 1e-6
+EXACT_DEVIATION = 1e-6
 #: Largest number of updates of the multipliers of bounds.
-ROUNDS = 20
+MAX_UPDATES = 20
 #: Initial penalty weight of bounds.
-WEIGHT = 100.0
+PENALTY = 100.0
 #: Starts at most.
-MOST = 1_000_000
+MAX_COUNT = 1_000_000
 #: Number of random starts with a search, besides the given mechanism.
-SEARCHED = 2
+SEARCHED_STARTS = 2
 
 
 def fit(
@@ -77,7 +77,7 @@ def fit(
         If neither the given mechanism nor any other start completes all sweeps.
     """
     targets, bounds = several("targets", targets, Target), several("bounds", bounds, Bound)
-    starts, steps, seed = whole("starts", starts, 1, MOST), whole("steps", steps, 1), whole("seed", seed, 0)
+    starts, steps, seed = whole("starts", starts, 1, MAX_COUNT), whole("steps", steps, 1), whole("seed", seed, 0)
     if not targets:
         raise InvalidRequest("there is nothing to meet: give a Target")
     variables = Variables(instance("mechanism", mechanism, Mechanism), several("boxes", boxes, Box))
@@ -89,7 +89,7 @@ def fit(
     if starts > 1 and (best is None or not search.done(best)):
         drawn = np.random.default_rng(seed).uniform(-1, 1, (starts - 1, len(home)))
         others = sorted((t for t in trials.batch(drawn) if t), key=search.merit)
-        for other in others[:SEARCHED]:
+        for other in others[:SEARCHED_STARTS]:
             found = search.run(other)
             if best is None or search.merit(found) < search.merit(best) * (1 - 1e-6):
                 best = found
@@ -141,7 +141,7 @@ class Search:
 
     def done(self, trial: Trial) -> bool:
         """Return whether all targets are met within their tolerances and all bounds are kept."""
-        return self.off(trial) <= 1 and self.broken(trial) <= KEPT
+        return self.off(trial) <= 1 and self.broken(trial) <= BOUND_TOLERANCE
 
     def slopes(self, trial: Trial) -> tuple[Array, Array]:
         """Return derivatives of residuals (m, k) and of excesses / tolerances (b, k) by the
@@ -170,14 +170,14 @@ class Search:
         """
         if not self.bounds:
             return self._least(trial, np.zeros(0), 0.0)
-        multiplier, weight = np.zeros(len(self._excess(trial))), WEIGHT
+        multiplier, weight = np.zeros(len(self._excess(trial))), PENALTY
         worst = np.inf
-        for _ in range(ROUNDS):
+        for _ in range(MAX_UPDATES):
             trial = self._least(trial, multiplier, weight)
             excess = self._excess(trial)
             change = float(np.maximum(excess, -multiplier / weight).max(initial=0))
             multiplier = np.maximum(0, multiplier + weight * excess)
-            if change <= 0.1 * KEPT / max(1.0, np.sqrt(len(excess))):
+            if change <= 0.1 * BOUND_TOLERANCE / max(1.0, np.sqrt(len(excess))):
                 break
             weight, worst = (10 * weight if change > 0.3 * worst else weight), change
         return trial
@@ -196,14 +196,16 @@ class Search:
             )
 
         begun = np.concatenate([self.residual(trial), shifted(trial)])
-        if not (np.abs(begun) < FAR).all():
-            raise InvalidRequest(f"what is read, less what is wanted, over its tolerance must be numbers below {FAR:g}")
+        if not (np.abs(begun) < MAX_COORDINATE).all():
+            raise InvalidRequest(
+                f"what is read, less what is wanted, over its tolerance must be numbers below {MAX_COORDINATE:g}"
+            )
 
         def residual(u: Array) -> Array:
             one = self.at(u)
             if one is None:
                 return np.full(len(begun), np.nan)  # the step is refused: the trust region shrinks
-            if not weight and self.off(one) <= ENOUGH:
+            if not weight and self.off(one) <= EXACT_DEVIATION:
                 raise _Enough(one)
             return np.concatenate([self.residual(one), shifted(one)])
 

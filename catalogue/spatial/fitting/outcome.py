@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from .fit import Search
 
 #: Largest excess of a kept bound [tolerances].
-KEPT = 1e-5
+BOUND_TOLERANCE = 1e-5
 #: Largest distance of a variable at a bound of its box.
 AT_END = 1e-6
 #: Singular value, relative to the largest or to 1 (a tolerance per box), below which a direction
 #: has no effect on any target.
-NOTHING = 1e-7
+INEFFECTIVE = 1e-7
 
 
 class Fit:
@@ -94,7 +94,7 @@ class Fit:
             for when, trial in (("before", self._given), ("after", self._found)):
                 read = trial.read[skip + k] if trial else np.array([np.nan])
                 row |= {f"least {when}": read.min(), f"most {when}": read.max()}
-            row["kept"] = bool(self._search.excesses(self._found)[k].max() <= KEPT * bound.tolerance)
+            row["kept"] = bool(self._search.excesses(self._found)[k].max() <= BOUND_TOLERANCE * bound.tolerance)
             rows.append(row)
         return pd.DataFrame(rows)
 
@@ -123,7 +123,7 @@ class Fit:
     @cached_property
     def undetermined(self) -> int:
         s = np.linalg.svd(self._slopes, compute_uv=False)
-        return len(self._variables.half) - int((s > NOTHING * max(1.0, s.max(initial=0))).sum())
+        return len(self._variables.half) - int((s > INEFFECTIVE * max(1.0, s.max(initial=0))).sum())
 
     @cached_property
     def missed(self) -> tuple[str, ...]:
@@ -134,7 +134,7 @@ class Fit:
                 out.append(f"{target.name} is missed by {self._largest_deviation(size, target.unit, k)}")
         for k, excess in enumerate(search.excesses(found), len(search.targets)):
             bound, size = search.bounds[k - len(search.targets)], excess.max(1)
-            if size.max() > KEPT * bound.tolerance:
+            if size.max() > BOUND_TOLERANCE * bound.tolerance:
                 out.append(f"{bound.name} is broken by {self._largest_deviation(size, bound.unit, k)}")
         return tuple(out)
 
