@@ -20,22 +20,22 @@ from .closed_form import FREE, closed_form
 from .equations import System
 from .mechanism import Mechanisms
 from .newton import newton
-from .position import ASSEMBLED, Positions, conditioning, driver_units, driver_values, off_edge, reported
+from .position import MAX_DISTANCE, Positions, conditioning, driver_units, driver_values, off_edge, reported
 from .unknowns import moved
 
 #: Largest distance between the points of equal assemblies [units].
-SAME = 1e-6
+SAME_ASSEMBLY = 1e-6
 #: Step of the difference quotient for second derivatives [rad, units].
-DIFFERENCE = 1e-5
+DIFFERENCE_STEP = 1e-5
 #: Largest number of random starts.
-MOST = 1_000_000
+MAX_STARTS = 1_000_000
 EPS = float(np.finfo(float).eps)
 #: Starts solved at once.
 BLOCK = 4096
 #: Starts for a mechanism that can move with fixed drivers.
-FEW = 64
+MOBILE_STARTS = 64
 #: Newton steps before a random start is abandoned.
-STEPS = 40
+MAX_STEPS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ def assemblies(
         If driver values have a wrong shape, a number is out of range, or the method is unknown.
     """
     choice("method", method, ("elimination", "multi-start"))
-    hits, most, seed = whole("hits", hits, 1, MOST), whole("most", most, 1, MOST), whole("seed", seed, 0)
+    hits, most, seed = whole("hits", hits, 1, MAX_STARTS), whole("most", most, 1, MAX_STARTS), whole("seed", seed, 0)
     values = driver_values(instance("mechanisms", mechanisms, Mechanisms), drivers)
     system, q = System.of(mechanisms), values.T / driver_units(mechanisms)
     good = np.isfinite(q).all(0)
@@ -125,7 +125,7 @@ def assemblies(
         there = _is_assembly(mechanisms, system, closed.owner, closed.state, q)
         parts.append((closed.owner[there], closed.state[:, there], np.zeros(there.sum(), int), closed.double[there]))
     search = _Search(mechanisms, system, q, np.random.default_rng(seed))
-    search.run(np.flatnonzero(good & (reason != "")), hits, np.where(reason == FREE, FEW, most))
+    search.run(np.flatnonzero(good & (reason != "")), hits, np.where(reason == FREE, MOBILE_STARTS, most))
     parts.append((search.owner, search.states, search.counts, np.zeros(len(search.owner), bool)))
     owner, count, double = (np.concatenate([p[k] for p in parts]) for k in (0, 2, 3))
     order = np.argsort(owner, kind="stable")
@@ -195,7 +195,7 @@ def _solve_random_starts(
                 half = sub.reach[where] * 2 if span is None else span
                 free[d.column - 3, where] = draw.uniform(-1, 1, len(free[0, where])) * half
     turn = draw.normal(size=(4, len(who)))
-    root = newton(sub, np.concatenate([turn / np.sqrt((turn**2).sum(0)), free]), q[:, who], STEPS)
+    root = newton(sub, np.concatenate([turn / np.sqrt((turn**2).sum(0)), free]), q[:, who], MAX_STEPS)
     kept = np.flatnonzero(root.found)
     state, owner = root.state[:, kept], who[kept]
     good = _is_assembly(mechanisms, system, owner, state, q)
@@ -207,7 +207,7 @@ def _is_assembly(mechanisms: Mechanisms, system: System, owner: Array, state: Ar
     sub, q = system.take(owner), q[:, owner]
     local = sub.local(sub.world(state, q))
     with np.errstate(invalid="ignore"):
-        near = sub.evaluate(state, q).distance <= ASSEMBLED * sub.reach
+        near = sub.evaluate(state, q).distance <= MAX_DISTANCE * sub.reach
         return np.asarray(near & ~off_edge(mechanisms[owner], sub, local))
 
 
@@ -221,7 +221,7 @@ def _merge_equal(system: System, owner: Array, states: Array, q: Array, weight: 
     groups = 0
     while len(left):  # one assembly of every mechanism per pass
         _, first, inverse = np.unique(owner[left], return_index=True, return_inverse=True)
-        same = np.abs(world[:, left] - world[:, left[first]][:, inverse]).max(0) < SAME
+        same = np.abs(world[:, left] - world[:, left[first]][:, inverse]).max(0) < SAME_ASSEMBLY
         label[left[same]] = groups + inverse[same]
         groups += len(first)
         left = left[~same]
@@ -240,9 +240,9 @@ def _is_certified(system: System, state: Array, q: Array, owner: Array, points: 
     bend = np.zeros(n)
     for c in range(m):
         step = np.zeros((m, n))
-        step[c] = DIFFERENCE
+        step[c] = DIFFERENCE_STEP
         ahead, behind = (system.evaluate(moved(state, s * step, now.metric), q).jacobian for s in (1, -1))
-        second = np.einsum("ijn,jkn->ikn", inverse, (ahead - behind) / (2 * DIFFERENCE))
+        second = np.einsum("ijn,jkn->ikn", inverse, (ahead - behind) / (2 * DIFFERENCE_STEP))
         bend += (second**2).sum((0, 1))
     certain = 2 * error * np.sqrt(bend) < 0.5
     radius = 4 * error * np.maximum(1, np.abs(system.arms).max((0, 1)))  # radius for the points, twice that of the ball

@@ -17,17 +17,17 @@ from ...kinematics.types import Array
 from ..geometry.rotation import cross, quaternion
 from .equations import System, slot_of
 from .mechanism import Mechanisms
-from .meeting import TURNS, circle_and_surface, curve_and_sphere
+from .meeting import MAX_TURNS, circle_and_surface, curve_and_sphere
 from .newton import newton
 from .roots import Roots
 from .unknowns import Slot
 
 NOT_FIXED = "the drivers fix no point, so that there is no closed form"
-NO_CURVE = f"the second point is on no line, circle, hyperbola or helix of less than {TURNS} turns"
+NO_CURVE = f"the second point is on no line, circle, hyperbola or helix of less than {MAX_TURNS} turns"
 NO_QUADRIC = "the third point is on no quadric or torus"
 FREE = "the body moves while the drivers stand still: infinitely many assemblies"
 #: Largest correction of a point by Newton's method [units]; a larger one leads to another assembly.
-MENDED = 1e-5
+MAX_CORRECTION = 1e-5
 
 
 @dataclass(frozen=True)
@@ -183,5 +183,5 @@ def _correct(system: System, state: Array, q: Array) -> Array:
     root = newton(system, state, q)
     with np.errstate(all="ignore"):
         apart = np.abs(system.world(root.state, q) - system.world(state, q)).max((0, 1))
-        near = root.found & (apart < MENDED * system.reach)
+        near = root.found & (apart < MAX_CORRECTION * system.reach)
     return np.where(near, root.state, state)

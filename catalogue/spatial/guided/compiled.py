@@ -19,13 +19,13 @@ from ..geometry.kinds import Kind
 from ..native.loading import call, load, plain
 from .equations import System, slot_of
 from .mechanism import Mechanisms
-from .position import AT_APEX, CLOSED, EDGE, LOST, OK, driver_units
+from .position import APEX_DISTANCE, EDGE, OK, ROUNDING_DISTANCE, SINGULAR_CONDITION, driver_units
 from .walk import ACCURACY, LIMITS, TURNING
 
 #: Least number of positions for which numba is imported; the import costs some thousand by numpy.
-WORTH = 100
+MIN_POSITIONS = 100
 #: Nodes of a curve in memory; longer curves continue from the last one.
-MOST = 128
+MAX_NODES = 128
 #: Reasons for the end of a path, in the order of `native.curve`.
 REASONS = np.array([OK, TURNING, BRANCH, STUCK, STUCK, STUCK, EDGE, STUCK], dtype="U90")
 
@@ -122,7 +122,7 @@ def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) ->
     counts = (np.zeros(n, kind) for kind in (np.int64, float, np.int64))
     ways = k.Ways(path, corners.copy(), states, begun.astype(np.int64), *counts)
     unknowns = len(fast.plan.keep) + 1
-    room = k.nodes(unknowns, MOST, unknowns + 1)
+    room = k.nodes(unknowns, MAX_NODES, unknowns + 1)
     call(k.led, fast.plan, fast.bodies, ways, room, LIMITS, ACCURACY, np.zeros(0), fast.work)
     return states, ways.reached, REASONS[ways.why], ways.end, ways.steps
 
@@ -132,6 +132,6 @@ def measured(fast: Fast, nodes: Array, states: Array, reached: Array, found: Seq
 
     `good` marks positions without a remark.
     """
-    path, tests = plain(nodes / fast.units.T[:, None]), (CLOSED, LOST, AT_APEX)
+    path, tests = plain(nodes / fast.units.T[:, None]), (ROUNDING_DISTANCE, SINGULAR_CONDITION, APEX_DISTANCE)
     given = fast.plan, fast.bodies, fast.scales, path, _writable_copy(nodes), states, reached, tests
     call(fast.kernel.measured, *given, fast.kernel.Measured(*found), fast.work)

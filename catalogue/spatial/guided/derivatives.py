@@ -20,7 +20,7 @@ from .position import Positions, check_positions, conditioning, driver_units
 from .series import local_series, pose_series
 
 #: Highest derivative: the factorials of higher orders overflow.
-HIGHEST = 170
+MAX_ORDER = 170
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +71,8 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     if given.ndim not in (2, 3) or given.shape[-2] != mechanisms.freedom or not np.isfinite(given).all():
         raise InvalidRequest(f"rates must be finite numbers of shape {(n, mechanisms.freedom, 'order')}: {given.shape}")
     given = np.broadcast_to(given, (n, *given.shape[-2:]))
-    if (order := given.shape[-1]) > HIGHEST:
-        raise InvalidRequest(f"rates must be of order {HIGHEST} at most, not {order}")
+    if (order := given.shape[-1]) > MAX_ORDER:
+        raise InvalidRequest(f"rates must be of order {MAX_ORDER} at most, not {order}")
     check_positions("positions", instance("positions", positions, Positions), mechanisms)
     system, units = System.of(mechanisms), driver_units(mechanisms)
     q = np.stack([positions.drivers.T / units, *(given[..., k].T / units / factorial(k + 1) for k in range(order))])
@@ -104,14 +104,14 @@ def _coordinates(mechanisms: Mechanisms, system: System, positions: Positions, w
             unit = system.unit[where]
             units = [kind.coordinate_unit(axis, unit) for axis in (0, 1)]
             start = [positions.coordinates[where, i, axis] / units[axis] for axis in (0, 1)]
-            series, regular = lifted(kind, start, local[..., where], kind.scaled(parameters, unit))
+            series, regular = coordinate_series(kind, start, local[..., where], kind.scaled(parameters, unit))
             for axis in (0, 1):
                 out[where, i, axis] = (series[axis] * units[axis]).T
             chart[where, i] = regular
     return out, chart
 
 
-def lifted(kind: Kind, start: list[Array], x: Array, p: Array) -> tuple[Array, Array]:
+def coordinate_series(kind: Kind, start: list[Array], x: Array, p: Array) -> tuple[Array, Array]:
     """Return series of u, w (2, order + 1, n) of points, and the metric."""
     order, n = len(x) - 1, x.shape[-1]
     curve = kind.conditions == 2

@@ -17,17 +17,17 @@ from .newton import NOISE
 from .unknowns import moved
 
 #: Positions corrected together.
-TOGETHER = 2048
+BLOCK = 2048
 #: Largest number of corrections of a position.
 CORRECTIONS = 4
 #: Largest first correction [distances between two nodes], where the drive changes with arc length.
-NEAR = 0.01
+MAX_FIRST_CORRECTION = 0.01
 #: Slope of the drive below which the limit of corrections near a dead point grows no more.
-FLAT = 0.1
+MIN_SLOPE = 0.1
 #: Largest ratio of a correction to the one before.
-SECOND = 0.2
+MAX_CONTRACTION = 0.2
 #: Predicted size of a correction below which it is omitted.
-NONE_LEFT = 1e-15
+CONVERGED = 1e-15
 #: Sine of the angle between two sections of a path below which their node is no corner.
 STRAIGHT = 1e-9
 #: Relative distance of a driver's value from a straight line that rounding explains.
@@ -57,9 +57,9 @@ def fill(curve: LineCurve, traces: Traces, sign: Array, who: Array, value: Array
     if not len(value) or len(traces.who) == len(traces.reason):
         return states, good
     guess, slope, way = traces.between(who, value)
-    limit = NEAR * way / np.clip(slope, FLAT, 1) + LAST
-    for low in range(0, len(value), TOGETHER):
-        some = slice(low, low + TOGETHER)
+    limit = MAX_FIRST_CORRECTION * way / np.clip(slope, MIN_SLOPE, 1) + LAST
+    for low in range(0, len(value), BLOCK):
+        some = slice(low, low + BLOCK)
         with np.errstate(all="ignore"):
             states[some], good[some] = _correct(
                 curve.take(who[some]), guess[some], value[some], sign[who[some]], limit[some]
@@ -79,12 +79,12 @@ def _correct(curve: LineCurve, guess: Array, value: Array, sign: Array, limit: A
         state[:, rest] = at
         last = length < LAST
         if i:
-            last |= (now.distance < NOISE * sub.reach) | (length**3 < NONE_LEFT * before**2)
+            last |= (now.distance < NOISE * sub.reach) | (length**3 < CONVERGED * before**2)
         near = (length <= limit) & (found == sign[rest])
         sure[rest] = near & last
         more = np.flatnonzero(near & ~last)
         if not len(more):
             break
         rest, sub, at, values = rest[more], sub.take(more), at[:, more], values[:, more]
-        before, limit = length[more], SECOND * length[more]
+        before, limit = length[more], MAX_CONTRACTION * length[more]
     return np.concatenate([state, value[None]]).T, sure

@@ -19,16 +19,16 @@ from .filling import corners
 from .formulation import SINGULAR, first_lost
 from .mechanism import Mechanisms
 from .newton import newton
-from .position import CLOSED, Positions, driver_units, reported, solve_positions
+from .position import ROUNDING_DISTANCE, Positions, driver_units, reported, solve_positions
 from .walk import Walk
 
 BEYOND = "beyond the end of the motion"
 #: Mechanisms moved together: their arrays fit in the second-level cache.
 BLOCK = 1024
 #: Positions measured together.
-MEASURED = 4096
+MEASURED_BLOCK = 4096
 #: Newton steps that reduce the residual of a position after the last step of its motion.
-CLOSING = 3
+CLOSING_STEPS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
     nodes = array("path", path, (None, k), (1, None, k), (n, None, k), finite=True)
     nodes = np.broadcast_to(nodes, (n, *nodes.shape[-2:]))
     first = solve_positions(mechanisms, nodes[:, 0], start)
-    fast = compiled.fast(mechanisms) if nodes.shape[1] > 2 and nodes[..., 0].size >= compiled.WORTH else None
+    fast = compiled.fast(mechanisms) if nodes.shape[1] > 2 and nodes[..., 0].size >= compiled.MIN_POSITIONS else None
     if fast:
         states, reached, reason, end, steps = compiled.led(fast, nodes, corners(nodes), first.state.T, first.success)
         reason = np.where(first.success, reason, first.reason)
@@ -146,8 +146,8 @@ def _measure_states(
         flat,
     )
     left = np.flatnonzero(there & ~good)
-    for low in range(0, len(left), MEASURED):
-        index = left[low : low + MEASURED]
+    for low in range(0, len(left), MEASURED_BLOCK):
+        index = left[low : low + MEASURED_BLOCK]
         i, j = np.divmod(index, s)
         some, system = mechanisms[i], System.of(mechanisms).take(i)
         found.put(index, _close_and_report(some, system, found.state[:, index], nodes[i, j]))
@@ -161,10 +161,12 @@ def _close_and_report(mechanisms: Mechanisms, system: System, state: Array, valu
     """
     every = np.ones(len(system), bool)
     at = reported(mechanisms, system, state, values, every, every.astype(int))
-    off = np.flatnonzero(~at.success | (at.residual * mechanisms.diameter > CLOSED * system.reach * system.unit))
+    off = np.flatnonzero(
+        ~at.success | (at.residual * mechanisms.diameter > ROUNDING_DISTANCE * system.reach * system.unit)
+    )
     if len(off):
         some, sub = mechanisms[off], system.take(off)
-        root = newton(sub, state[:, off], values[off].T / driver_units(some), CLOSING)
+        root = newton(sub, state[:, off], values[off].T / driver_units(some), CLOSING_STEPS)
         closed = reported(some, sub, root.state, values[off], root.found, at.evaluations[off])
         at.put(off[root.found], closed[root.found])
     return at

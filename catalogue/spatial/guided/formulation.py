@@ -27,19 +27,19 @@ COINCIDENT = "distances do not determine points of the body that coincide"
 #: Why.
 SINGULAR = {"euler-angles": ALONG_Z, "distances": CHART}
 #: Sine of the nutation, or arc length per unit of a coordinate, where six digits are lost.
-LOST = 1e-6
+SINGULAR_ARC = 1e-6
 #: Ratio of the third to the first extent of a body below which it is flat.
-THIN = 1e-6
+FLAT_EXTENT = 1e-6
 #: Distance below which points coincide [units].
-NEAR = 1e-9
+COINCIDENT_DISTANCE = 1e-9
 #: Ratio to the largest triangle of points below which a triangle is too slender to define axes.
-SLENDER = 0.1
+MIN_AREA = 0.1
 
 
 def lost_at(mechanisms: Mechanisms, positions: Positions) -> Array:
     """Return why positions are singular for a formulation, shape (n,) of str."""
     length = np.sqrt((_vanishing_vectors(mechanisms, positions) ** 2).sum(-1)).min(0, initial=1)
-    singular = positions.success & (length <= LOST)
+    singular = positions.success & (length <= SINGULAR_ARC)
     return np.where(singular, SINGULAR[mechanisms.formulation], undetermined(mechanisms)).astype("U90")
 
 
@@ -54,7 +54,7 @@ def first_lost(mechanisms: Mechanisms, positions: Positions) -> Array:
     one, chord = arcs[:, :, :-1], np.diff(arcs, axis=2)
     with np.errstate(all="ignore"):
         part = np.clip(-(one * chord).sum(-1) / (chord * chord).sum(-1), 0, 1)
-        lost = np.sqrt(((one + part[..., None] * chord) ** 2).sum(-1)) <= LOST
+        lost = np.sqrt(((one + part[..., None] * chord) ** 2).sum(-1)) <= SINGULAR_ARC
     at = np.where(lost, np.arange(s - 1) + part, np.inf)
     return np.asarray(at.min((0, 2), initial=np.inf))
 
@@ -66,10 +66,10 @@ def undetermined(mechanisms: Mechanisms) -> Array:
         return out
     body = mechanisms.body / mechanisms.unit[:, None, None]
     first, second = np.triu_indices(body.shape[1], 1)
-    out[(np.linalg.norm(body[:, first] - body[:, second], axis=2) < NEAR).any(1)] = COINCIDENT
+    out[(np.linalg.norm(body[:, first] - body[:, second], axis=2) < COINCIDENT_DISTANCE).any(1)] = COINCIDENT
     if body.shape[1] > 3:
         extents = np.linalg.svd(body - body.mean(1, keepdims=True), compute_uv=False)
-        out[extents[:, 2] < THIN * extents[:, 0]] = FLAT
+        out[extents[:, 2] < FLAT_EXTENT * extents[:, 0]] = FLAT
     return out
 
 
@@ -81,7 +81,7 @@ def _zeta(mechanisms: Mechanisms) -> Array:
     pairs = [(a, b) for k, a in enumerate(others) for b in others[k + 1 :]]
     normals = np.stack([cross(arms[a], arms[b]) for a, b in pairs])
     area = np.sqrt((normals**2).sum(1))
-    chosen = (area > SLENDER * area.max(0)).argmax(0)  # the first triangle that is not too slender
+    chosen = (area > MIN_AREA * area.max(0)).argmax(0)  # the first triangle that is not too slender
     zeta = arms[np.array([a for a, _ in pairs])[chosen], :, np.arange(len(mechanisms))].T
     return np.asarray(zeta / np.sqrt((zeta * zeta).sum(0)))
 

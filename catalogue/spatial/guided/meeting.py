@@ -15,17 +15,19 @@ from ...kinematics.types import Array
 from .roots import NOISE, Roots, helical, hyperbolic, trigonometric
 
 #: Largest error of an accepted formula [largest length or value].
-FITS = 1e-11
+FIT_TOLERANCE = 1e-11
 #: Ratio to a radius below which a coefficient is rounding.
 ROUNDING = 1e-14
 #: Largest number of turns of a helix that are searched for roots.
-TURNS = 64
+MAX_TURNS = 64
 
 
 def curve_and_sphere(
     curve: Callable[[float], Array], centre: Array, radius: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return the parameters of intersections of curves with spheres, and a mask (m,) of formulas.
+    """Return the parameters of intersections of curves with spheres, and a mask (m,).
+
+    The mask is True where a closed formula applies.
 
     Parameters
     ----------
@@ -48,9 +50,9 @@ def curve_and_sphere(
     closed = waves & ~straight & ~along.any(0)
     even = np.abs(_dot(first, first) - _dot(second, second)) + np.abs(_dot(first, second))
     slant = np.abs(_dot(first, along)) + np.abs(_dot(second, along))
-    wound = waves & ~straight & ~closed & (even + slant < FITS * reach**2)
+    wound = waves & ~straight & ~closed & (even + slant < FIT_TOLERANCE * reach**2)
     with np.errstate(all="ignore"):
-        wound &= radius < np.pi * TURNS * _length(along)
+        wound &= radius < np.pi * MAX_TURNS * _length(along)
     ahead, behind = curve(1.0), curve(-1.0)
     wide = ((ahead + behind) / 2 - begin) / (np.cosh(1) - 1)
     tall = (ahead - behind) / (2 * np.sinh(1))
@@ -72,7 +74,9 @@ def curve_and_sphere(
 def circle_and_surface(
     surface: Callable[[Array], Array], centre: Array, first: Array, second: Array, reach: Array
 ) -> tuple[Roots, Array]:
-    """Return the angles of intersections of circles with surfaces, and a mask (m,) of formulas.
+    """Return the angles of intersections of circles with surfaces, and a mask (m,).
+
+    The mask is True where a closed formula applies.
 
     Parameters
     ----------
@@ -100,7 +104,7 @@ def circle_and_surface(
     fits = np.isfinite(scale)
     for a in (0.3, 2.0):
         wave = np.array([1.0, *(g(k * a) for k in (1, 2) for g in (np.cos, np.sin))])
-        fits &= np.abs(on(a) - wave @ c) <= FITS * scale
+        fits &= np.abs(on(a) - wave @ c) <= FIT_TOLERANCE * scale
     c[3:, np.hypot(c[3], c[4]) <= ROUNDING * scale] = 0
     found = Roots.none(len(scale))
     i = np.flatnonzero(fits)
@@ -155,7 +159,7 @@ def _hyperbola(v: Array, wide: Array, tall: Array, radius: Array) -> Roots:
 
 def _fits(one: Array, other: Array, reach: Array) -> Array:
     with np.errstate(invalid="ignore"):
-        return np.asarray(_length(one - other) <= FITS * np.maximum(reach, _length(one)))
+        return np.asarray(_length(one - other) <= FIT_TOLERANCE * np.maximum(reach, _length(one)))
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -15,11 +15,11 @@ from .unknowns import Equations, moved
 #: Least attainable residual [largest lengths of the mechanism].
 NOISE = 8 * float(np.finfo(float).eps)
 #: Largest step [rad, units].
-CAP = 0.7
+MAX_STEP = 0.7
 #: Shortest fraction of a step that is tried.
-SHORTEST = 2.0**-12
+MIN_FRACTION = 2.0**-12
 #: Steps after which a start is abandoned.
-STEPS = 60
+MAX_STEPS = 60
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,12 @@ class Root:
     evaluations: Array
 
 
-def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
+def newton(system: System, start: Array, q: Array, steps: int = MAX_STEPS) -> Root:
     """Solve the equations from a start at the driver values q (k, n).
 
-    A step is shortened to `CAP`, then halved until the residual falls by a quarter of the predicted
-    decrease.  A root is found if the last full step is below `LAST`, or if the residual is noise
-    and steps no longer shrink, as near a singular position.
+    A step is shortened to `MAX_STEP`, then halved until the residual falls by a quarter of the
+    predicted decrease.  A root is found if the last full step is below `LAST`, or if the residual
+    is noise and steps no longer shrink, as near a singular position.
     """
     n = len(system)
     state = start.copy()
@@ -56,7 +56,7 @@ def newton(system: System, start: Array, q: Array, steps: int = STEPS) -> Root:
             last = (part == 1) & ((length < LAST) | ((now.distance < noise) & (length > 0.3 * before)))
             better = np.linalg.norm(then.residual, axis=0) <= (1 - part / 4) * np.linalg.norm(now.residual, axis=0)
             better |= (then.distance < noise) | last
-        stop = last | (part < SHORTEST) | ~np.isfinite(length)
+        stop = last | (part < MIN_FRACTION) | ~np.isfinite(length)
         at[:, better] = trial[:, better]
         next_step, next_length = _step(then)
         before = np.where(better, length, before)
@@ -86,4 +86,4 @@ def _step(now: Equations) -> tuple[Array, Array]:
 
 def _first_factor(length: Array) -> Array:
     with np.errstate(all="ignore"):
-        return np.minimum(1, CAP / length)
+        return np.minimum(1, MAX_STEP / length)

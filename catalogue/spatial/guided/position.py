@@ -28,17 +28,17 @@ APEX = "at the apex of a guide"
 CHART = "driven coordinate is singular"
 NOT_FINITE = "driver is not finite"
 #: Largest distance from a guide of an assembled body [largest lengths of the mechanism].
-ASSEMBLED = 1e-12
+MAX_DISTANCE = 1e-12
 #: Largest distance that rounding explains; positions of a motion beyond it are corrected.
-CLOSED = 2e-14
+ROUNDING_DISTANCE = 2e-14
 #: Condition number above which a position is singular.
-LOST = 1e12
+SINGULAR_CONDITION = 1e12
 #: Condition number above which a dead point explains that Newton's method finds no root.
-NEARLY_LOST = 100.0
+DEAD_POINT_CONDITION = 100.0
 #: Cosine between the residual and its possible changes below which no motion reduces it.
-NO_SLOPE = 0.05
+STATIONARY_COSINE = 0.05
 #: Distance from the apex of a guide, in units, below which its tangent plane is undetermined.
-AT_APEX = 1e-8
+APEX_DISTANCE = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,15 +162,15 @@ def reported(
     coordinates = _locate(mechanisms, system, state, values, local * system.unit)
     reason = np.full(len(system), OK, dtype="U90")
     with np.errstate(invalid="ignore"):
-        assembled = found & (now.distance <= ASSEMBLED * system.reach)
-        reason[kappa > LOST] = SINGULAR
+        assembled = found & (now.distance <= MAX_DISTANCE * system.reach)
+        reason[kappa > SINGULAR_CONDITION] = SINGULAR
         reason[~assembled] = NO_ASSEMBLY
-        reason[~assembled & (_is_stationary(now) | (kappa > NEARLY_LOST))] = DEAD_POINT
+        reason[~assembled & (_is_stationary(now) | (kappa > DEAD_POINT_CONDITION))] = DEAD_POINT
     uncharted = ~np.isfinite(coordinates[..., 0]).all(1)
     reason[assembled & uncharted] = EDGE
-    reason[_apex_distance(mechanisms, local, system) < AT_APEX] = APEX
-    reason[(now.metric < AT_APEX).any(0)] = CHART
-    reason[~charted(mechanisms, values)] = EDGE
+    reason[_apex_distance(mechanisms, local, system) < APEX_DISTANCE] = APEX
+    reason[(now.metric < APEX_DISTANCE).any(0)] = CHART
+    reason[~is_on_chart(mechanisms, values)] = EDGE
     reason[~finite] = NOT_FINITE
     points = np.moveaxis(world * system.unit + system.centre[:, None], (0, 1), (2, 1))
     rotation = matrix(state[:4])
@@ -195,7 +195,7 @@ def _is_stationary(now: Equations) -> Array:
     """Return a mask of states in which no small motion reduces the residual to first order."""
     slope = np.sqrt(((now.jacobian * now.residual[:, None]).sum(0) ** 2).sum(0))
     norms = np.sqrt((now.jacobian**2).sum((0, 1)) * (now.residual**2).sum(0))
-    return np.asarray(slope < NO_SLOPE * norms)
+    return np.asarray(slope < STATIONARY_COSINE * norms)
 
 
 def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
@@ -234,7 +234,7 @@ def driver_units(mechanisms: Mechanisms) -> Array:
     return units
 
 
-def charted(mechanisms: Mechanisms, values: Array) -> Array:
+def is_on_chart(mechanisms: Mechanisms, values: Array) -> Array:
     """Return whether the driven values (n, k) are on their guides, shape (n,)."""
     good = np.ones(len(values), bool)
     for k, (i, name) in enumerate(mechanisms.drivers):

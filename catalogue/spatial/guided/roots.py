@@ -19,7 +19,7 @@ EPS = float(np.finfo(float).eps)
 #: Largest rounding error of a value [largest terms].
 NOISE = 32 * EPS
 #: Ratio to the largest coefficient below which the others leave a function constant.
-CONSTANT = 1e-13
+CONSTANT_RATIO = 1e-13
 #: A function and its slope.
 Function = Callable[[Array], tuple[Array, Array]]
 
@@ -102,7 +102,7 @@ def trigonometric(c: Array, noise: Array) -> Roots:
         return value, c[2] * cos - c[1] * sin + 2 * (c[4] * twice - c[3] * double)
 
     first, second = np.hypot(c[1], c[2]), np.hypot(c[3], c[4])
-    plain = second <= CONSTANT * first
+    plain = second <= CONSTANT_RATIO * first
     # the derivative times exp(2 i x), a polynomial in exp(i x)
     lead, next_ = np.where(plain, 1, c[4] + 1j * c[3]), (c[2] + 1j * c[1]) / 2
     zero = np.zeros_like(lead)

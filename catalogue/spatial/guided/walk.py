@@ -8,7 +8,7 @@ from ...kinematics.types import Array
 from ..continuation import tracing
 from ..continuation.curve import Limits, Traces
 from ..continuation.newton import LAST, Accuracy, corrected, newton_step
-from ..continuation.tracing import BRANCH, STUCK, toward
+from ..continuation.tracing import BRANCH, STUCK, trace_toward
 from .curve import LineCurve
 from .equations import System
 from .filling import fill
@@ -100,7 +100,7 @@ class Walk:
             first = np.minimum(LIMITS.first, 1.02 * width[on] / tangent[on, -1])
             lines = curve.take(on)
             given = {"at": tuple(v[on] for v in at), "limits": LIMITS, "first": first}
-            traces = toward(lines, y[on], tangent[on], width[on], **given)
+            traces = trace_toward(lines, y[on], tangent[on], width[on], **given)
             self._fill(who[on], end[on], lines, traces, width[on])
         goes = np.concatenate([np.flatnonzero(back), leapt, on[self.reason[who[on]] == OK]])
         return np.asarray(who[np.sort(goes)])

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ....kinematics.types import Floats, Integers, Mask
 from ...continuation.newton import Accuracy
-from ...native.compiling import NOUGHT, ONE, compiled, inlined, kept
+from ...native.compiling import ONE, ZERO, compiled, inlined, kept
 from ...native.curve import (
     BRANCH,
     DOUBTFUL,
@@ -68,7 +68,7 @@ class Measured(NamedTuple):
 def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # noqa: ARG001  # part of its types
     """Move bodies along their paths, from corner to corner; see `guided.walk`."""
     for i in range(len(ways.reached)):
-        begin, sign, last, leap = NOUGHT, 0.0, ways.path.shape[1] - ONE, True
+        begin, sign, last, leap = ZERO, 0.0, ways.path.shape[1] - ONE, True
         if ways.reached[i] == 0:
             continue
         taken(ways, i, begin, w)
