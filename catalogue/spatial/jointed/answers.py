@@ -10,7 +10,7 @@ from ...errors import InvalidRequest
 from ...given import array, whole
 from ..geometry.guides import KINDS, Guides
 from ..geometry.rotation import fitted, matrix
-from .located_guide import OFF
+from .located_guide import MAX_GUIDE_DISTANCE
 
 
 def answers_in(given: Any) -> list[dict[str, Any]]:
@@ -59,7 +59,7 @@ def tables(given: Any, answer: int, file: str) -> dict[str, Any]:
     except (KeyError, TypeError, ValueError, IndexError, InvalidRequest) as error:
         raise InvalidRequest(f"{file}: answer {answer} is no guided body: {error}") from None
     size = float(np.ptp(body, axis=0).max())
-    if not np.abs(body @ turn.T + shift - world).max() <= OFF * size:
+    if not np.abs(body @ turn.T + shift - world).max() <= MAX_GUIDE_DISTANCE * size:
         raise InvalidRequest(f"{file}: answer {answer} is not closed at the start of its stroke")
     return {
         "title": f"Guided body: {', '.join(ends)}",
@@ -103,7 +103,7 @@ def _driver_ranges(path: Any, drivers: list[tuple[int, str]], located: Any, guid
         kind, k = KINDS[guides[i]["kind"]], "uw".index(axis)
         off = located[i][k] - row[0]
         is_angle = kind.spans[k] == np.pi and axis not in kind.lengths
-        if abs(off - (np.pi * np.round(off / np.pi) if is_angle else 0.0)) > OFF * (1 + abs(row[0])):
+        if abs(off - (np.pi * np.round(off / np.pi) if is_angle else 0.0)) > MAX_GUIDE_DISTANCE * (1 + abs(row[0])):
             raise InvalidRequest(f"{name(i, axis)} starts at {row[0]:g}, its point is at {located[i][k]:g}")
         row[:] = np.degrees(row + off) if is_angle else row + off
     return out

@@ -18,11 +18,11 @@ from .system import System
 from .tree import CURVE, FREE, PRISMATIC, REVOLUTE, SURFACE
 
 #: Largest difference of the signatures of one pose.
-SAME = 1e-6
+SAME_POSE = 1e-6
 #: Largest residual of a closed assembly [units]; Newton's method ends far below it.
-CLOSED = 1e-9
+MAX_RESIDUAL = 1e-9
 #: Largest distance of slides and free bodies from the design pose [sizes of the mechanism].
-FAR = 1.5
+MAX_START_DISTANCE = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,12 +93,12 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
         )
         made += batch
         found, good = newton(curve.take(np.zeros(len(y), int)), y, np.full(len(y), target))
-        good &= closed(curve.system, found)
+        good &= is_closed(curve.system, found)
         when, found = made - batch + 1 + np.flatnonzero(good), found[good]
         marks = signature(curve.take(np.zeros(len(found), int)), found)
         for y_new, mark, start in zip(found, marks, when, strict=True):
             apart = np.abs(names - mark).max(1) if len(states) else np.zeros(0)
-            if len(apart) and apart.min() < SAME:
+            if len(apart) and apart.min() < SAME_POSE:
                 counts[apart.argmin()] += 1
             else:
                 last = int(start)
@@ -110,7 +110,7 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
     return states, counts, made, made - last
 
 
-def closed(system: System, y: Array) -> Array:
+def is_closed(system: System, y: Array) -> Array:
     """Return whether states (n, numbers) meet all conditions, without reversed joints."""
     with np.errstate(all="ignore"):
         rotation, shift = system.poses(y)
@@ -118,7 +118,7 @@ def closed(system: System, y: Array) -> Array:
         missed = np.abs(system.residual(ends, vectors, rotation, shift)[0]).max(1, initial=0)
         one, other = system.facing
         same = (vectors[0][:, one] * vectors[0][:, other]).sum(-1).min(1, initial=1) > 0
-    return np.asarray((missed <= CLOSED) & same)
+    return np.asarray((missed <= MAX_RESIDUAL) & same)
 
 
 def _random(curve: Curve, draw: np.random.Generator, n: int) -> Array:
@@ -127,14 +127,14 @@ def _random(curve: Curve, draw: np.random.Generator, n: int) -> Array:
         for c in p.number:
             if p.joint_kind == FREE:
                 y[:, c : c + 4] = draw.normal(size=(n, 4))
-                y[:, c + 4 : c + 7] = draw.uniform(-FAR, FAR, (n, 3))
+                y[:, c + 4 : c + 7] = draw.uniform(-MAX_START_DISTANCE, MAX_START_DISTANCE, (n, 3))
             elif p.joint_kind in (SURFACE, CURVE) and p.guide:
                 for k in range(len(p.guide.start)):
                     half = p.guide.kind.spans[k]
-                    y[:, c + k] = draw.uniform(-1, 1, n) * (FAR if half is None else half)
+                    y[:, c + k] = draw.uniform(-1, 1, n) * (MAX_START_DISTANCE if half is None else half)
             else:
                 if p.joint_kind != PRISMATIC:
                     y[:, c] = draw.uniform(-np.pi, np.pi, n)
                 if p.joint_kind != REVOLUTE:
-                    y[:, c + (p.joint_kind != PRISMATIC)] = draw.uniform(-FAR, FAR, n)
+                    y[:, c + (p.joint_kind != PRISMATIC)] = draw.uniform(-MAX_START_DISTANCE, MAX_START_DISTANCE, n)
     return curve.system.unitary(y)

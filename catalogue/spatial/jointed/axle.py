@@ -19,7 +19,7 @@ from ...kinematics.types import Array
 from ..geometry.rotation import cross
 from .columns import heading
 from .elements import Joint, Revolute, Scalar, Spherical, Travel, Vector
-from .frame import framed
+from .frame import make_frame
 from .hard_points import numbers
 from .instant import Instant, instant
 from .motion import Motion
@@ -34,9 +34,9 @@ AXES = {
 SIDES = ("left", "right")
 #: Least height of the wheel centre above its contact point [radii]; camber and caster reduce it by
 #: less.
-BELOW = 0.9
+MIN_CONTACT_DEPTH = 0.9
 #: Largest error of the contact point's distance [radii]: hard points are given to a millimetre.
-OFF = 0.02
+MAX_CONTACT_ERROR = 0.02
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ class Wheel(Stated):
             return self.radius
         down = (numbers(self.contact, "Wheel.contact") - numbers(self.centre, "Wheel.centre"))[0] * self.signs
         far = float(np.sqrt(down @ down))
-        if not down[2] < -BELOW * far:
+        if not down[2] < -MIN_CONTACT_DEPTH * far:
             raise InvalidRequest(f"the contact point is not below the wheel centre in axes {self.axes}: state the axes")
-        if self.radius and abs(far - self.radius) > OFF * self.radius:
+        if self.radius and abs(far - self.radius) > MAX_CONTACT_ERROR * self.radius:
             raise InvalidRequest(f"the contact point is {far:g} from the wheel centre, not the radius {self.radius:g}")
         return self.radius or far
 
@@ -173,7 +173,7 @@ def kinematics(
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
     unit, by = motion.mechanism.unit, unit_of(motion, steer) if steer else ""
     every = columns | in_travel | in_steering
-    table = framed(motion, {heading(k, unit, steer=by): v for k, v in every.items()})
+    table = make_frame(motion, {heading(k, unit, steer=by): v for k, v in every.items()})
     table.attrs["reasons"] = {heading(k, unit, steer=by): why for k, why in reasons.items() if why}
     return table
 
@@ -246,7 +246,7 @@ def _travel_columns(
     motion: Motion, wheel: Wheel, steer: Scalar | None, beside: Sequence[Scalar], at: Seat
 ) -> tuple[str, dict[str, Array]]:
     """Compute the columns of wheel travel with the steering held, and the reason for NaN."""
-    moved = seen(motion, wheel, at.centre, height(wheel), (steer,) if steer else (), beside)
+    moved = motion_in_iso(motion, wheel, at.centre, height(wheel), (steer,) if steer else (), beside)
     patch = moved.velocity + cross(moved.spin, at.contact - at.centre)
     along, foot, pitch = axis_of(moved, at.centre)
     turn, camber, rolled = at.moved(moved)
@@ -276,7 +276,7 @@ def _steering_columns(
     if steer is None:
         return "", {}
     still = springs or _arm_joints(motion, wheel.carrier) or [height(wheel)]
-    moved = seen(motion, wheel, at.centre, steer, still, beside)
+    moved = motion_in_iso(motion, wheel, at.centre, steer, still, beside)
     along, near, _ = axis_of(moved, at.centre)
     slope = along / along[2]
     foot, hub = (point - near - slope * (point - near)[2] for point in (at.contact, at.centre))
@@ -299,7 +299,7 @@ def height(wheel: Wheel) -> Travel:
     return Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2]))
 
 
-def seen(
+def motion_in_iso(
     motion: Motion,
     wheel: Wheel,
     centre: Array,

@@ -9,14 +9,14 @@ from ...errors import InvalidRequest, quoted
 from ...given import names
 from .axle import AXES, SIDES
 from .elements import GROUND
-from .named_points import DIRECTIONS, PLACES
+from .named_points import DIRECTION_FIELDS, POINT_FIELDS
 
 #: Fields that name a body.
-BODIES = ("body", "on", "a", "b", "carrier")
+BODY_FIELDS = ("body", "on", "a", "b", "carrier")
 #: Fields that name drives.
-DRIVES = ("scalar", "of", "steer", "spring")
+DRIVE_FIELDS = ("scalar", "of", "steer", "spring")
 #: Kinds of tables that occur once per side.
-SIDED = (
+SIDED_TABLES = (
     "link",
     "revolute",
     "screw",
@@ -32,7 +32,7 @@ SIDED = (
     "load",
 )
 #: Kinds of joints that turn about an axis.
-TURNING = ("revolute", "cylindrical", "screw")
+TURNING_JOINTS = ("revolute", "cylindrical", "screw")
 
 
 def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
@@ -70,13 +70,13 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
 
     def of(table: Mapping[str, Any], side: str, mirrored: bool, kind: str = "") -> dict[str, Any]:
         out = _mirror_table(table, kind) if mirrored else dict(table)
-        for field in BODIES:
+        for field in BODY_FIELDS:
             if isinstance(out.get(field), str) and out[field] not in shared:
                 out[field] = f"{side} {out[field]}"
         for field in ("name", "link"):
             if out.get(field):
                 out[field] = f"{side} {out[field]}"
-        for field in DRIVES:
+        for field in DRIVE_FIELDS:
             if field in out:
                 named = names(f"{file}: {field}", out[field])
                 out[field] = [f"{side} {name}" if name in sided else name for name in named]
@@ -85,7 +85,7 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
         return out
 
     out = {k: v for k, v in given.items() if k not in ("both", "shared")}
-    for kind in SIDED:
+    for kind in SIDED_TABLES:
         tables = given.get(kind, [])
         if tables and isinstance(tables, list) and all(isinstance(one, dict) for one in tables):
             out[kind] = [_unsided(one) for one in tables if one.get("once")]
@@ -111,7 +111,7 @@ def both_sides(given: Mapping[str, Any], file: str) -> dict[str, Any]:
 def one_side(given: Mapping[str, Any]) -> dict[str, Any]:
     """Remove the entries of a file that concern both sides."""
     out = {k: v for k, v in given.items() if k not in ("both", "shared")}
-    for kind in SIDED:
+    for kind in SIDED_TABLES:
         if isinstance(out.get(kind), list):
             out[kind] = [_unsided(one) if isinstance(one, dict) else one for one in out[kind]]
     if isinstance(out.get("drive"), dict):
@@ -130,16 +130,16 @@ def _mirror_table(table: Mapping[str, Any], kind: str) -> dict[str, Any]:
     """
     out = dict(table)
     for field, value in table.items():
-        if field in (*PLACES, *DIRECTIONS, "force") and isinstance(value, list):
-            turns = (kind in TURNING and field == "axis") or field == "about"
+        if field in (*POINT_FIELDS, *DIRECTION_FIELDS, "force") and isinstance(value, list):
+            turns = (kind in TURNING_JOINTS and field == "axis") or field == "about"
             out[field] = _reflect(value, -1.0 if turns else 1.0)
         elif field == "moment" and isinstance(value, list):
             out[field] = _reflect(value, -1.0)
-        elif field in DIRECTIONS and value == "y":
+        elif field in DIRECTION_FIELDS and value == "y":
             out[field] = [0.0, -1.0, 0.0]
         elif field == "lead":
             out[field] = -value
-    if kind in TURNING and "to" in out:
+    if kind in TURNING_JOINTS and "to" in out:
         out["at"], out["to"] = out["to"], out["at"]
     return out
 

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from ...given import whole
 from ...kinematics.types import Array
 from ..continuation.curve import Trace
-from ..continuation.dead_points import dead_points, unfolded
+from ..continuation.dead_points import dead_points, split_folds
 from ..continuation.newton import across
-from ..continuation.tracing import LONG, MOST, March
+from ..continuation.tracing import LONG, MAX_NODES, March
 from .curve import Curve, signature, tangents
 from .elements import Scalar, title
 from .motion import Motion
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 #: Largest number of poses of a motion.
 MOST_POSES = 1_000_000
 #: Distance from the first node at which closure is tested [steps].
-NEAR = 3.0
+CLOSURE_TEST_DISTANCE = 3.0
 #: Distance from the first node at which a curve has closed [steps].
-CLOSED = 5e-2
+CLOSURE_DISTANCE = 5e-2
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -124,7 +124,7 @@ def _circuit(
     closed, unit, reason = back is None, curve.system.scalars[-1].unit, ""
     if back is not None:
         reason, trace = trace.reason, back.joined(trace)
-    trace = unfolded(curve, trace)
+    trace = split_folds(curve, trace)
     dead = []
     if closed and abs(trace.slope[0]) < 1e-9 and trace.slope[1] * trace.slope[-2] < 0:  # in the design pose
         dead.append(float(trace.drive[0]) * unit)
@@ -149,14 +149,14 @@ def _follow_closed(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, 
     away /= np.sqrt((away * away).sum(1, keepdims=True))
     behind = np.zeros(len(y))
     done: dict[int, Trace] = {}
-    for _ in range(MOST):
+    for _ in range(MAX_NODES):
         march.end(march.stopped())
         if not len(march.who):
             break
         good, who = march.step(), march.who
         apart = signature(curve.take(who), march.last[1]) - first[who]
         ahead, step = (apart * away[who]).sum(1), march.last[0] - march.before[0]
-        near = good & (behind[who] < 0) & (ahead >= 0) & ((apart * apart).sum(1) < (NEAR * step) ** 2)
+        near = good & (behind[who] < 0) & (ahead >= 0) & ((apart * apart).sum(1) < (CLOSURE_TEST_DISTANCE * step) ** 2)
         behind[who] = np.where(good, ahead, behind[who])
         for k in np.flatnonzero(near):
             i = int(who[k])
@@ -179,7 +179,7 @@ def _end_at_start(curve: Curve, trace: Trace, first: Array, away: Array, step: f
     s = float(brentq(ahead, low, high, xtol=1e-14)) if ahead(low) < 0 < ahead(high) else (low + high) / 2
     y_near, _, _ = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
     apart = signature(curve, y_near)[0] - first
-    return _closed_trace(curve, trace, s) if np.sqrt(apart @ apart) < CLOSED * step else None
+    return _closed_trace(curve, trace, s) if np.sqrt(apart @ apart) < CLOSURE_DISTANCE * step else None
 
 
 def _closed_trace(curve: Curve, trace: Trace, s: float) -> Trace:

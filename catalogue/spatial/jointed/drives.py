@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def scalar_function(s: e.Scalar, f: Formulation) -> ScalarFunction:
-    """Return a scalar as a function of the pose; raise InvalidRequest if it is not one of these."""
+    """Return a scalar as a function of the pose; raise InvalidRequest for an unknown kind."""
     return FUNCTIONS[type(s)](s, f)
 
 

@@ -175,7 +175,7 @@ class Coupling(Stated):
 Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | KeepAngle | Universal | Fixed | Coupling
 
 
-def joined(x: Element) -> tuple[str, str]:
+def joined_bodies(x: Element) -> tuple[str, str]:
     """Return the two bodies that an element joins; empty names for a coupling."""
     if isinstance(x, Coupling):
         return GROUND, GROUND
@@ -289,7 +289,7 @@ class Sum(Summable):
 Scalar = Joint | Travel | Length | Angle | GuideCoordinate | Sum
 
 
-def apart(scalars: Iterable[Scalar]) -> Iterator[Scalar]:
+def expand_sums(scalars: Iterable[Scalar]) -> Iterator[Scalar]:
     """Yield scalars; of a sum its parts."""
     for scalar in scalars:
         yield from scalar.parts if isinstance(scalar, Sum) else (scalar,)

@@ -15,7 +15,7 @@ from .idle import idle_rotations
 from .located_guide import LocatedGuide, located
 from .loop_closure import Condition, LoopClosure
 from .scalars import CoordinateFunction
-from .spanning_tree import SpanningTree, grouped
+from .spanning_tree import SpanningTree, merge_placed
 from .system import OnKind, System
 from .tree import CURVE, CYLINDRICAL, FREE, NUMBERS, PRISMATIC, REVOLUTE, SURFACE, UNKNOWNS, Placed
 
@@ -39,8 +39,8 @@ class Formulation:
     def __init__(self, elements: Sequence[e.Element], scalars: Sequence[e.Scalar]) -> None:
         elements = [x for x in elements if not isinstance(x, e.Coupling)]
         self.elements, self.scalars = elements, scalars
-        links = {s.link for s in e.apart(scalars) if isinstance(s, e.Length) and s.link}
-        guides = {s.guide for s in e.apart(scalars) if isinstance(s, e.GuideCoordinate)}
+        links = {s.link for s in e.expand_sums(scalars) if isinstance(s, e.Length) and s.link}
+        guides = {s.guide for s in e.expand_sums(scalars) if isinstance(s, e.GuideCoordinate)}
         for name, kind in [(n, e.Link) for n in links] + [(n, e.OnGuide) for n in guides]:
             if name not in {x.name for x in elements if isinstance(x, kind)}:
                 raise InvalidRequest(f"there is no {kind.__name__} named {name!r}")
@@ -66,7 +66,9 @@ class Formulation:
         """Return the equations; call it once only, for it adds conditions."""
         self.place()
         spun = {
-            s.body for s in e.apart(self.scalars) if isinstance(s, e.Angle) or (isinstance(s, e.Joint) and not s.index)
+            s.body
+            for s in e.expand_sums(self.scalars)
+            if isinstance(s, e.Angle) or (isinstance(s, e.Joint) and not s.index)
         }
         idle = idle_rotations(self.loops, self.placed, {self.tree.body(body, "drive") for body in spun})
         scalars = tuple(scalar_function(s, self) for s in self.scalars)
@@ -81,7 +83,7 @@ class Formulation:
             tuple(self.tree.bodies),
             points,
             directions(self.points.directions, points),
-            grouped(self.placed),
+            merge_placed(self.placed),
             moves.shape[1],
             sum(NUMBERS[p.joint_kind] for p in self.placed),
             _columns(self.points.ends),

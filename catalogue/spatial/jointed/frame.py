@@ -12,7 +12,7 @@ import pandas as pd
 from .motion import Motion
 
 
-def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.DataFrame:
+def make_frame(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.DataFrame:
     """Return a data frame of columns (n s,), the drive as first column or index.
 
     The index of a batch has a level ``mechanism``.

@@ -13,14 +13,14 @@ from ...kinematics.types import Array
 from . import elements as e
 
 #: Largest coordinate: the squares of larger ones might overflow.
-FAR = 1e100
+MAX_COORDINATE = 1e100
 
 
 def numbers(value: Any, what: str, size: int = 3) -> Array:
     """Return a point or a direction as an array (N, size), checked."""
     found = np.atleast_2d(array(what, value, (size,), (None, size), wrong=InvalidLinkage))
-    if not np.abs(found).max() <= FAR:
-        raise InvalidLinkage(f"{what} must be {size} finite numbers up to {FAR:g}, not {quoted(value)}")
+    if not np.abs(found).max() <= MAX_COORDINATE:
+        raise InvalidLinkage(f"{what} must be {size} finite numbers up to {MAX_COORDINATE:g}, not {quoted(value)}")
     return found
 
 
@@ -30,7 +30,7 @@ def label(x: e.Element) -> str:
         return x.name
     if isinstance(x, e.Coupling):
         return f"Coupling {e.title(x.scalar)}"
-    first, second = e.joined(x)
+    first, second = e.joined_bodies(x)
     return f"{type(x).__name__} {first}-{second}"
 
 

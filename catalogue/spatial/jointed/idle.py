@@ -12,7 +12,7 @@ from .loop_closure import Condition, LoopClosure
 from .tree import CYLINDRICAL, FREE, PRISMATIC, Placed
 
 #: Largest distance of collinear points from their line [distances of the points].
-STRAIGHT = 1e-9
+LINE_TOLERANCE = 1e-9
 
 
 def idle_rotations(loops: LoopClosure, placed: Sequence[Placed], driven: Collection[int]) -> list[Condition]:
@@ -65,11 +65,11 @@ def _vector(points: HardPoints, direction: int) -> Array:
 
 def _is_parallel(one: Array, other: Array) -> bool:
     off = np.cross(one, other)
-    return bool(off @ off <= STRAIGHT**2 * (one @ one) * (other @ other))
+    return bool(off @ off <= LINE_TOLERANCE**2 * (one @ one) * (other @ other))
 
 
 def _is_straight(points: HardPoints, ends: Sequence[int], at: Array, along: Array) -> bool:
     """Return whether hard points of a batch's first mechanism are on a line."""
     apart = np.stack([points.points[end][0] for end in ends]) - at
     off = np.cross(apart, along / (np.sqrt(along @ along) or 1.0))
-    return bool(np.abs(off).max() <= STRAIGHT * max(np.abs(apart).max(), np.sqrt(along @ along)))
+    return bool(np.abs(off).max() <= LINE_TOLERANCE * max(np.abs(apart).max(), np.sqrt(along @ along)))

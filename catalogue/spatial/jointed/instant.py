@@ -15,17 +15,17 @@ from ...errors import InvalidRequest
 from ...kinematics.types import Array
 from ..geometry.rotation import cross
 from .curve import pivots
-from .elements import GuideCoordinate, Length, Scalar, Sum, apart, identity, title
+from .elements import GuideCoordinate, Length, Scalar, Sum, expand_sums, identity, title
 from .hard_points import HardPoints
 from .motion import Motion
 from .scalars import ScalarFunction
 
 #: Ratio to the largest below which singular values and residuals are rounding: rates have about 12
 #: digits.
-RANK = 1e-8
+RANK_TOLERANCE = 1e-8
 #: Least determinant of unit rows for a direct solution, without singular values: rates keep their
 #: digits.
-REGULAR = 1e-3
+MIN_DETERMINANT = 1e-3
 
 
 class Instant(NamedTuple):
@@ -113,14 +113,14 @@ def _rates_along(
     size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
     rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
     known = np.isfinite(size).all(1)
-    moves = known & (size[:, 0] > RANK)
+    moves = known & (size[:, 0] > RANK_TOLERANCE)
     if moves.any():
         some = slice(None) if moves.all() else np.flatnonzero(moves)
-        scaled = rows[some] / np.where(size[some] > RANK, size[some], 1)[..., None]
+        scaled = rows[some] / np.where(size[some] > RANK_TOLERANCE, size[some], 1)[..., None]
         rate[some], moves[some], free = _solve_rates(scaled, 1 / size[some, 0])
         if free is not None:
             strays = np.sqrt(((readings[some] @ free) ** 2).sum((1, 2)))
-            stray[some] = strays > RANK * np.sqrt((readings[some] ** 2).sum((1, 2)))
+            stray[some] = strays > RANK_TOLERANCE * np.sqrt((readings[some] ** 2).sum((1, 2)))
     rate[~moves | stray] = np.nan
     told = ", ".join(title(s) for s in still) or "nothing"
     reason = ""
@@ -148,12 +148,12 @@ def _rates_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> 
         return None
     rows = [gradient(motion, s) for s in rest]
     if not free:
-        if not moved or any((np.abs(row[:, moved[0]]) > RANK).any() for row in rows):
+        if not moved or any((np.abs(row[:, moved[0]]) > RANK_TOLERANCE).any() for row in rows):
             return None
         return lambda readings: readings[..., moved[0]]
     own = rows[0][:, free[0]]
     size = np.sqrt(np.einsum("nf,nf->n", rows[0], rows[0]))
-    if ((np.abs(own) < REGULAR * size) | (size < RANK)).any():
+    if ((np.abs(own) < MIN_DETERMINANT * size) | (size < RANK_TOLERANCE)).any():
         return None
     first = 1 / own if not moved else -rows[0][:, moved[0]] / own
 
@@ -161,10 +161,10 @@ def _rates_by_names(motion: Motion, moving: Scalar, still: Sequence[Scalar]) -> 
         last = first[:, None] * readings[..., free[0]]
         return last + readings[..., moved[0]] if moved else last
 
-    goal = RANK * (1.0 if moved else 1 / size)
+    goal = RANK_TOLERANCE * (1.0 if moved else 1 / size)
     for row in rows[1:]:
         size = np.sqrt(np.einsum("nf,nf->n", row, row))
-        if (np.abs(read(row[:, None])[:, 0]) > goal * np.where(size > RANK, size, 1)).any():
+        if (np.abs(read(row[:, None])[:, 0]) > goal * np.where(size > RANK_TOLERANCE, size, 1)).any():
             return None
     return read
 
@@ -183,11 +183,11 @@ def _solve_rates(rows: Array, first: Array) -> tuple[Array, Array, Array | None]
     if k >= f:
         best = pivots(rows[n // 2 : n // 2 + 1, 1:], f - 1)[0] + 1
         own = rows if k == f else rows[:, [0, *best]]
-        if (np.abs(np.linalg.det(own)) > REGULAR).all():
+        if (np.abs(np.linalg.det(own)) > MIN_DETERMINANT).all():
             rate = np.linalg.inv(own)[:, :, 0] * first[:, None]
             return rate, _meets_goals(rows, rate, goal), None
     u, s, v = np.linalg.svd(rows, full_matrices=False)
-    keep = s > RANK
+    keep = s > RANK_TOLERANCE
     share = np.where(keep, u[:, 0] / np.where(keep, s, 1), 0.0)
     rate = (share[:, None] @ v)[:, 0] * first[:, None]
     free = np.eye(f) - np.swapaxes(v, 1, 2) @ (keep[..., None] * v)
@@ -196,7 +196,7 @@ def _solve_rates(rows: Array, first: Array) -> tuple[Array, Array, Array | None]
 
 def _meets_goals(rows: Array, rate: Array, goal: Array) -> Array:
     """Return whether rates meet the goals of all rows."""
-    return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK * goal[:, 0])
+    return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK_TOLERANCE * goal[:, 0])
 
 
 def gradient(motion: Motion, scalar: Scalar) -> Array:
@@ -223,7 +223,7 @@ def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoint
 
     Raise if it exists only where it drives or is held, and it does not.
     """
-    for part in apart([scalar]):
+    for part in expand_sums([scalar]):
         if isinstance(part, GuideCoordinate) or (isinstance(part, Length) and part.link):
             raise InvalidRequest(f"{title(part)} is neither driven nor held in this motion: give two points instead")
     return motion.function(scalar)

@@ -22,7 +22,7 @@ from .sensitivity import sensitivities
 from .statics import Load, reactions
 from .transmission import transmission
 from .two_wheels import axle
-from .vehicle import Vehicle, supported
+from .vehicle import Vehicle, tabulate_support
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -213,7 +213,7 @@ class Job:
             springs = [self.drive(name) for name in one.spring]
             tables = [kinematics(motion, one.wheel, self._steer(one), springs, self._roll_scalars())]
             if self.vehicle:
-                tables.append(supported(self.vehicle, tables[0], unit))
+                tables.append(tabulate_support(self.vehicle, tables[0], unit))
             out += [_prefix_columns(table, one.name if len(self.wheels) > 1 else "") for table in tables]
         rolled, name = (out[0], heading("roll centre", unit)) if len(self.wheels) == 1 else (None, "")
         if len(self.wheels) == 2:

@@ -15,7 +15,7 @@ from . import elements as e
 from .hard_points import label, numbers
 
 #: Largest distance of a point from its guide in the design pose [sizes of the mechanism].
-OFF = 1e-9
+MAX_GUIDE_DISTANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ def located(x: e.OnGuide, centre: Array, unit: float) -> LocatedGuide:
     local = frame.T @ ((numbers(x.at, label(x))[0] - centre) / unit - origin)
     value, slope = kind.gradients(local[:, None], shape[:, None])
     off = float(np.abs(value[:, 0] / np.sqrt((slope**2).sum(1))[:, 0]).max())
-    if not off < OFF * max(1.0, float(np.abs(local).max())):
+    if not off < MAX_GUIDE_DISTANCE * max(1.0, float(np.abs(local).max())):
         raise InvalidLinkage(f"{label(x)}: its point is {off * unit:.3g} off the {kind.name} in the design pose")
     u, w = (float(v[0]) for v in kind.locate(local[:, None], shape[:, None]))
     return LocatedGuide(kind, shape, frame, origin, (u,) if kind.conditions == 2 else (u, w))

@@ -23,10 +23,10 @@ from .elements import Coupling, Cylindrical, Element, Prismatic, Revolute, Scala
 from .formulation import Formulation
 from .hard_points import HardPoints
 from .motion import Motion
-from .rank import RANK, SINGULAR, UNMET, missed_by, rank_of, without_missed
+from .rank import RANK_TOLERANCE, SINGULAR, UNMET_CONDITIONS, drop_violating, most_violated, rank_of
 from .request import Drives
 from .scalars import ScalarFunction
-from .several_drives import STILL
+from .several_drives import STATIONARY_SLOPE
 from .sweeping import swept
 from .system import System
 
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Fields of an element that may differ within a batch.
-VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "axis_on", "origin", "quaternion")
+BATCH_FIELDS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "axis_on", "origin", "quaternion")
 #: Largest number of starts of a search for assemblies.
-MOST = 1_000_000
+MAX_STARTS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -203,9 +203,9 @@ class Mechanism:
         goal = q / unit
         at = curve.selected(y)(y)
         tangent, slope, regular = tangents(at[1], at[3])
-        if (regular < RANK).any():
+        if (regular < RANK_TOLERANCE).any():
             raise NotMovable(SINGULAR)
-        if (slope < STILL).any():
+        if (slope < STATIONARY_SLOPE).any():
             self._explain(curve, y, tangent, drive)
         states, end, reason = swept(curve, y, at, tangent, goal)
         asked = np.stack([np.minimum(goal.min(), at[2]), np.maximum(goal.max(), at[2])], axis=1)
@@ -214,8 +214,8 @@ class Mechanism:
             tuple((float(v), str(why)) if less else None for v, why, less in zip(*one, strict=True))
             for one in zip(end * unit, reason, short, strict=True)
         ]
-        for i in without_missed(curve, states):
-            ends[i] = ((float(q[0]), UNMET), (float(q[0]), UNMET))
+        for i in drop_violating(curve, states):
+            ends[i] = ((float(q[0]), UNMET_CONDITIONS), (float(q[0]), UNMET_CONDITIONS))
         return Motion(self, curve, drive, held, q, states, tuple(ends))
 
     def movable(self, system: System) -> None:
@@ -225,7 +225,7 @@ class Mechanism:
         if system.unknowns > len(system.use):
             return
         told = "joints and links leave no freedom: a structure; free a link, or drive a length"
-        missed = missed_by(system)
+        missed = most_violated(system)
         if missed is not None:
             told += f"; it would move if {missed[0]} could be off by {missed[1] * system.unit:.2g} {self.unit}: "
             told += "give rounded hard points with all their digits"
@@ -260,7 +260,7 @@ class Mechanism:
         n = len(self.system().points)
         own, i = [], whole("i", i, -n, n - 1)
         for x in self.elements:
-            vectors = {k: np.asarray(getattr(x, k), float) for k in VECTORS if vars(x).get(k) is not None}
+            vectors = {k: np.asarray(getattr(x, k), float) for k in BATCH_FIELDS if vars(x).get(k) is not None}
             own.append(replace(x, **{k: v[i] for k, v in vectors.items() if v.ndim == 2 and len(v) > 1}))
         return Mechanism(own, self.unit)
 
@@ -283,7 +283,7 @@ class Mechanism:
         CannotDrive, NotMovable, InvalidRequest
             As `sweep`.
         """
-        at, hits, most = number("value", value), whole("hits", hits, 1, MOST), whole("most", most, 1, MOST)
+        at, hits, most = number("value", value), whole("hits", hits, 1, MAX_STARTS), whole("most", most, 1, MAX_STARTS)
         curve, y, held = self._curve(drive, hold)
         if len(y) > 1 or not np.isfinite(at):
             raise InvalidRequest("assemblies are those of one mechanism at one finite value of its drive")
@@ -306,7 +306,7 @@ class Mechanism:
         march, name, moves = March(curve, y, tangent), type(drive).__name__, False
         for _ in range(4):
             march.step()
-            moves |= bool(np.abs(march.last[4]).max() > STILL)
+            moves |= bool(np.abs(march.last[4]).max() > STATIONARY_SLOPE)
         if not moves:
             raise CannotDrive(f"this {name} cannot drive: it keeps its value when the mechanism moves")
         raise CannotDrive(

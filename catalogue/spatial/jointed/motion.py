@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 #: Ratio to the largest below which a singular value belongs to redundant conditions.
-SMALL = 1e-9
+RANK_TOLERANCE = 1e-9
 #: Highest derivative: the factorials of higher orders overflow.
-HIGHEST = 170
+MAX_ORDER = 170
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,7 +240,7 @@ class Motion:
         """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve
         per order.
         """
-        order = whole("order", order, 0, HIGHEST)
+        order = whole("order", order, 0, MAX_ORDER)
         if order not in self._cache:
             curve, y = self.flat()
             system = curve.system
@@ -274,7 +274,9 @@ class Motion:
             good = np.isfinite(jacobian).all((1, 2))
             inverse = np.full_like(np.swapaxes(jacobian, 1, 2), np.nan)
             square = jacobian.shape[1] == jacobian.shape[2] and _is_regular(jacobian[good])
-            inverse[good] = np.linalg.inv(jacobian[good]) if square else np.linalg.pinv(jacobian[good], rcond=SMALL)
+            inverse[good] = (
+                np.linalg.inv(jacobian[good]) if square else np.linalg.pinv(jacobian[good], rcond=RANK_TOLERANCE)
+            )
             self._cache["inverse"] = inverse
         return np.asarray(self._cache["inverse"])
 
@@ -323,7 +325,7 @@ class Motion:
         The point is given in the design pose.
         """
         system, b = self.curve.system, self.body_number(body)
-        rotation, shift = self.poses(whole("order", order, 0, HIGHEST))
+        rotation, shift = self.poses(whole("order", order, 0, MAX_ORDER))
         p = (self.each(at, "a point") - system.centre) / system.unit
         x = (rotation[:, :, b] @ p[..., None])[..., 0] + shift[:, :, b]
         out = self._read(x, system.unit)
@@ -338,7 +340,7 @@ class Motion:
 
         The direction is given in the design pose.
         """
-        rotation, _ = self.poses(whole("order", order, 0, HIGHEST))
+        rotation, _ = self.poses(whole("order", order, 0, MAX_ORDER))
         v = self.each(vector, "a direction")
         return self._read((rotation[:, :, self.body_number(body)] @ v[..., None])[..., 0], 1.0)
 
@@ -350,7 +352,7 @@ class Motion:
         """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s,
         order, 3).
         """
-        turn = self.poses(whole("order", order, 1, HIGHEST))[0][:, :, self.body_number(body)]
+        turn = self.poses(whole("order", order, 1, MAX_ORDER))[0][:, :, self.body_number(body)]
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
@@ -422,7 +424,7 @@ class Motion:
         order + 1).
         """
         system, b = self.curve.system, self.body_number(body)
-        index, order = whole("index", index, 0), whole("order", order, 0, HIGHEST)
+        index, order = whole("index", index, 0), whole("order", order, 0, MAX_ORDER)
         for p in system.placed:
             if b in p.bodies and not p.guide and index < UNKNOWNS[p.joint_kind] <= 2:
                 unit = system.unit if p.joint_kind == PRISMATIC or index else 1.0

@@ -18,18 +18,18 @@ from .axle import AXES, SIDES
 from .vehicle import AXLES, BRAKES
 
 #: Fields of elements, drives, points and wheels that hold a point.
-PLACES = ("at", "to", "from", "origin", "centre", "contact", "point")
+POINT_FIELDS = ("at", "to", "from", "origin", "centre", "contact", "point")
 #: Fields that hold a direction; two names mean the direction from the first to the second.
-DIRECTIONS = ("axis", "axis_a", "axis_b", "along", "about", "direction")
+DIRECTION_FIELDS = ("axis", "axis_a", "axis_b", "along", "about", "direction")
 #: Words for directions, in ISO 8855.
-WORDS = {"forwards": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
+NAMED_DIRECTIONS = {"forwards": (1.0, 0.0, 0.0), "left": (0.0, 1.0, 0.0), "up": (0.0, 0.0, 1.0)}
 #: Fields with a number that may be given by name: lengths, and shares without a unit.
-LENGTHS = ("wheelbase", "height", "roll_centre", "per_turn")
-SHARES = ("braking", "driving")
+LENGTH_FIELDS = ("wheelbase", "height", "roll_centre", "per_turn")
+SHARE_FIELDS = ("braking", "driving")
 #: Permitted words of CSV rows that hold a word instead of a point.
 SETTINGS = {"axes": tuple(AXES), "side": SIDES, "axle": AXLES, "brakes": BRAKES}
 #: Largest file of hard points [characters]: a thousand times that of a suspension.
-LARGEST = 1_000_000
+MAX_CHARACTERS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ def read_points(file: str | Path, unit: str) -> NamedPoints:
         content = Path(file).expanduser().read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
         raise InvalidRequest(f"cannot read {file}: {error}") from None
-    if len(content) > LARGEST:
-        raise InvalidRequest(f"{file} has more than {LARGEST} characters: it is no list of hard points")
+    if len(content) > MAX_CHARACTERS:
+        raise InvalidRequest(f"{file} has more than {MAX_CHARACTERS} characters: it is no list of hard points")
     between = next((c for c in ";\t" if c in content), ",")
     points: dict[str, list[float]] = {}
     numbers: dict[str, float] = {}
@@ -209,7 +209,7 @@ class _Names:
         """Return a named number in the unit of the mechanism."""
         self.used.add(name.lower())
         value = self.named.numbers.get(name.lower())
-        return value if value is None or key in SHARES else value * self.named.factor
+        return value if value is None or key in SHARE_FIELDS else value * self.named.factor
 
     def placed(self, table: Any) -> Any:
         """Return a table with names replaced by coordinates and numbers."""
@@ -217,13 +217,13 @@ class _Names:
             return table
         out = dict(table)
         for key, value in table.items():
-            if key in PLACES and isinstance(value, str):
+            if key in POINT_FIELDS and isinstance(value, str):
                 out[key] = self.point(value)
-            elif key in (*LENGTHS, *SHARES) and isinstance(value, str):
+            elif key in (*LENGTH_FIELDS, *SHARE_FIELDS) and isinstance(value, str):
                 out[key] = self.number(key, value)
-            elif key in DIRECTIONS and isinstance(value, str) and value in WORDS:
-                out[key] = (WORDS[value] * self.signs).tolist()
-            elif key in DIRECTIONS and _is_pair(value):
+            elif key in DIRECTION_FIELDS and isinstance(value, str) and value in NAMED_DIRECTIONS:
+                out[key] = (NAMED_DIRECTIONS[value] * self.signs).tolist()
+            elif key in DIRECTION_FIELDS and _is_pair(value):
                 first, second = (np.asarray(self.point(name)) for name in value)
                 out[key] = (second - first).tolist()
         return out
@@ -286,9 +286,9 @@ def _tables_in_entry(value: Any) -> Iterator[dict[str, Any]]:
 def _names_in_table(table: Mapping[str, Any]) -> Iterator[str]:
     """Yield the names of hard points and numbers in a table."""
     for key, value in table.items():
-        if key in (*PLACES, *LENGTHS, *SHARES) and isinstance(value, str):
+        if key in (*POINT_FIELDS, *LENGTH_FIELDS, *SHARE_FIELDS) and isinstance(value, str):
             yield value
-        elif key in DIRECTIONS and _is_pair(value):
+        elif key in DIRECTION_FIELDS and _is_pair(value):
             yield from value
 
 

@@ -8,13 +8,13 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from ...kinematics.types import Array
-from ..continuation.tracing import LONG, toward
+from ..continuation.tracing import LONG, trace_toward
 from .curve import Curve, tangents, wrapped
 from .newton import solved
 from .system import System
 
 #: Least arc length between points of a path [rad, units]; between closer points it is smooth.
-LEAST = 0.02
+MIN_ARC = 0.02
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,12 @@ def follow(system: System, y: Array, points: Array) -> tuple[Array, Array]:
     states, reached = np.full((end + 1, *y.shape), np.nan), np.zeros(n)
     states[0] = y
     gone = float(np.abs(np.diff(points, axis=0)).max((1, 2), initial=0).sum())
-    speed = end / max(gone, LEAST * end) if end else 1.0
+    speed = end / max(gone, MIN_ARC * end) if end else 1.0
     who, here = np.arange(n if end else 0), np.concatenate([y, np.zeros((n, 1))], axis=1)
     while len(who):
         curve = PathCurve(system, np.zeros((n, 0)), course=Course.through(points), speed=speed).take(who)
         _, j, _, by = curve.selected(here)(here)
-        traces = toward(curve, here, tangents(j, by)[0], np.full(len(who), end / speed))
+        traces = trace_toward(curve, here, tangents(j, by)[0], np.full(len(who), end / speed))
         last = traces.last
         came = np.where(traces.reason == "", end, np.minimum(speed * traces.nodes.drive[last], end))
         passed = (np.arange(end + 1)[:, None] > reached[who]) & (np.arange(end + 1)[:, None] <= came)

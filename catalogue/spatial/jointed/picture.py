@@ -49,7 +49,7 @@ class Proportions:
     stub: float = 0.22
 
 
-LOOK = Proportions()
+PROPORTIONS = Proportions()
 
 
 class Poses:
@@ -124,7 +124,7 @@ def scene(
     balls, fixed = _joints(mechanism, poses)
     bodies = _bodies(mechanism, poses, size, follow)
     curves, patches = _guides(mechanism, poses, size)
-    curves += [(name, _coil(poses, spring, LOOK.coil * size)) for name, spring in (springs or {}).items()]
+    curves += [(name, _coil(poses, spring, PROPORTIONS.coil * size)) for name, spring in (springs or {}).items()]
     return seen.Scene(
         [
             seen.Link(x.name, np.stack([poses.point(x.a, x.from_), poses.point(x.b, x.to)], axis=1))
@@ -219,7 +219,7 @@ def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: fl
     for x in mechanism.elements:
         for b, axis in ((x.a, x.axis_a), (x.b, x.axis_b)) if isinstance(x, e.KeepAngle) else ():
             if b == body:
-                v = np.asarray(axis, float) / np.linalg.norm(axis) * LOOK.stub * size
+                v = np.asarray(axis, float) / np.linalg.norm(axis) * PROPORTIONS.stub * size
                 rods.append((middle - v, middle + v))
     shaft = _shaft(mechanism, body, size)
     if rods and shaft is not None:
@@ -235,7 +235,9 @@ def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
     ]
     for x in mechanism.elements:
         if sides and isinstance(x, e.Revolute) and x.body == body and x.axis is not None:
-            return np.asarray(sides[0] * 2 * LOOK.stub * size * np.asarray(x.axis, float) / np.linalg.norm(x.axis))
+            return np.asarray(
+                sides[0] * 2 * PROPORTIONS.stub * size * np.asarray(x.axis, float) / np.linalg.norm(x.axis)
+            )
     return None
 
 
@@ -283,7 +285,7 @@ def _ring(poses: Poses, wheel: Wheel) -> Array:
     n = wheel.outboard()
     first = np.cross(n, np.eye(3)[np.abs(n).argmin()])
     first /= np.linalg.norm(first)
-    turn = np.linspace(0, 2 * np.pi, LOOK.round)[:, None]
+    turn = np.linspace(0, 2 * np.pi, PROPORTIONS.round)[:, None]
     rim = np.asarray(wheel.centre, float) + wheel.rolling_radius() * (
         np.cos(turn) * first + np.sin(turn) * np.cross(n, first)
     )
@@ -298,11 +300,11 @@ def _coil(poses: Poses, spring: e.Length, radius: float) -> Array:
     across /= np.sqrt((across * across).sum(1, keepdims=True))
     beside = np.cross(along, across)
     beside /= np.sqrt((beside * beside).sum(1, keepdims=True))
-    part = np.linspace(0, 1, 12 * LOOK.turns + 1)
-    wide = radius * np.clip(np.minimum(part, 1 - part) * 2 * LOOK.turns, 0, 1)  # straight at both ends
+    part = np.linspace(0, 1, 12 * PROPORTIONS.turns + 1)
+    wide = radius * np.clip(np.minimum(part, 1 - part) * 2 * PROPORTIONS.turns, 0, 1)  # straight at both ends
     turned = (
-        (np.cos(2 * np.pi * LOOK.turns * part) * wide)[:, None],
-        (np.sin(2 * np.pi * LOOK.turns * part) * wide)[:, None],
+        (np.cos(2 * np.pi * PROPORTIONS.turns * part) * wide)[:, None],
+        (np.sin(2 * np.pi * PROPORTIONS.turns * part) * wide)[:, None],
     )
     line = first[:, None] + part[:, None] * along[:, None]
     return np.asarray(line + turned[0] * across[:, None] + turned[1] * beside[:, None])
@@ -353,5 +355,5 @@ def _in_users_unit(x: e.OnGuide) -> LocatedGuide:
 
 def _side(values: Array, angle: bool, size: float) -> Array:
     values = np.unwrap(values) if angle else values
-    more = LOOK.angle if angle else LOOK.beyond * size
-    return np.linspace(values.min() - more, values.max() + more, LOOK.mesh)
+    more = PROPORTIONS.angle if angle else PROPORTIONS.beyond * size
+    return np.linspace(values.min() - more, values.max() + more, PROPORTIONS.mesh)

@@ -11,27 +11,27 @@ from .curve import Curve, pivots
 from .system import System
 
 #: Ratio to the largest below which a singular value is zero: rounded hard points cause larger ones.
-RANK = 1e-8
+RANK_TOLERANCE = 1e-8
 #: Distance of a second pose, for comparison, from the design pose [rad, units].
-ASIDE = 0.03
+SECOND_POSE_DISTANCE = 0.03
 #: Ratio below which a singular value is zero in the second pose, which is corrected to 1e-10.
-RANK_ASIDE = 1e-6
+SECOND_RANK_TOLERANCE = 1e-6
 #: Part of that distance below which the second pose has returned: the design pose is isolated.
-BACK = 0.05
+RETURN_RATIO = 0.05
 #: Largest residual of the second pose [units]; if it is larger, the mechanism does not move there.
-MISSED = 1e-8
+MAX_RESIDUAL = 1e-8
 #: Ratio to the largest below which a singular value could be zero if hard points were exact.
-NEARLY = 1e-3
+NEAR_RANK_TOLERANCE = 1e-3
 
 
 #: Largest residual next to the design pose that rounded hard points explain [units].
-ROUNDED = 1e-3
+ROUNDED_RESIDUAL = 1e-3
 #: Message: no motion from a singular design pose.
 SINGULAR = "the design pose is singular: more freedoms than beside it, or no pose beside it; give another design pose"
 
 
 #: Message: a mechanism of a batch violates conditions that are redundant in the first one.
-UNMET = "conditions that others imply in the first mechanism of the batch are not met in this one"
+UNMET_CONDITIONS = "conditions that others imply in the first mechanism of the batch are not met in this one"
 
 
 class Rank(NamedTuple):
@@ -55,27 +55,29 @@ def rank_of(system: System) -> Rank:
     y = system.design[None]
     j = system.evaluate(y)[2][0, : system.rows]
     s = np.linalg.svd(j, compute_uv=False) if j.size else np.zeros(0)
-    rank = int((s > RANK * s.max(initial=0)).sum())
+    rank = int((s > RANK_TOLERANCE * s.max(initial=0)).sum())
     if rank == system.rows:
         return Rank(np.arange(system.rows), False)
     free = np.linalg.svd(j)[2][rank:]
     if not len(free):
         return Rank(pivots(j[None], rank)[0], False)
-    there = _step_aside(system, y, free, RANK_ASIDE)
+    there = _step_aside(system, y, free, SECOND_RANK_TOLERANCE)
     f, _, jacobian = system.evaluate(there)
     gone = np.sqrt((system.weight * (there - y) ** 2).sum())
-    if not np.abs(f).max() <= MISSED or gone < BACK * ASIDE:  # the freedom is infinitesimal only
+    if (
+        not np.abs(f).max() <= MAX_RESIDUAL or gone < RETURN_RATIO * SECOND_POSE_DISTANCE
+    ):  # the freedom is infinitesimal only
         return Rank(pivots(j[None], rank)[0], True)
     aside = jacobian[0, : system.rows]
     s = np.linalg.svd(aside, compute_uv=False)
-    beside = int((s > RANK_ASIDE * s.max()).sum())
+    beside = int((s > SECOND_RANK_TOLERANCE * s.max()).sum())
     return Rank(pivots(aside[None], beside)[0], beside > rank)
 
 
 def _step_aside(system: System, y: Array, free: Array, least: float) -> Array:
     """Step along rates (f, m) to a second pose, and correct it by truncated singular values."""
     direction = free.T @ np.random.default_rng(1).normal(size=len(free))
-    y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
+    y = system.moved(y, SECOND_POSE_DISTANCE * direction[None] / np.sqrt(direction @ direction))
     for _ in range(30):
         f, _, jacobian = system.evaluate(y)
         step = -np.linalg.lstsq(jacobian[0, : system.rows], f[0], rcond=least)[0]
@@ -85,7 +87,7 @@ def _step_aside(system: System, y: Array, free: Array, least: float) -> Array:
     return y
 
 
-def missed_by(system: System) -> tuple[str, float] | None:
+def most_violated(system: System) -> tuple[str, float] | None:
     """Find the condition with the largest residual next to the design pose [units].
 
     None if no condition is nearly redundant, or the residual is too large for rounded hard points.
@@ -93,13 +95,13 @@ def missed_by(system: System) -> tuple[str, float] | None:
     system = system.take(np.array([0])) if len(system.points) > 1 else system
     y = system.design[None]
     _, s, v = np.linalg.svd(system.evaluate(y)[2][0, : system.rows])
-    if not s[-1] < NEARLY * s[0]:
+    if not s[-1] < NEAR_RANK_TOLERANCE * s[0]:
         return None
-    off = np.abs(system.evaluate(_step_aside(system, y, v[-1:], NEARLY))[0][0])
-    return (system.names[int(off.argmax())], float(off.max())) if off.max() <= ROUNDED else None
+    off = np.abs(system.evaluate(_step_aside(system, y, v[-1:], NEAR_RANK_TOLERANCE))[0][0])
+    return (system.names[int(off.argmax())], float(off.max())) if off.max() <= ROUNDED_RESIDUAL else None
 
 
-def without_missed(curve: Curve, states: Array) -> list[int]:
+def drop_violating(curve: Curve, states: Array) -> list[int]:
     """Set states (n, s, numbers) that violate a redundant condition to NaN; return their
     mechanisms.
     """
@@ -107,7 +109,7 @@ def without_missed(curve: Curve, states: Array) -> list[int]:
     for i in range(len(states)) if curve.system.redundant else ():
         some = np.flatnonzero(np.isfinite(states[i]).all(-1))
         part = curve.take(np.full(len(some), i)).system
-        if len(some) and not np.abs(part.evaluate(states[i, some])[0]).max() <= MISSED:
+        if len(some) and not np.abs(part.evaluate(states[i, some])[0]).max() <= MAX_RESIDUAL:
             states[i] = np.nan
             out.append(i)
     return out

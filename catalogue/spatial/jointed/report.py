@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .motion import Motion
 
 #: Panels of one picture of curves, the limit of a sheet in `drawing.curves`.
-MOST = 24
+MAX_PANELS = 24
 #: Style sheet: one column of text, narrow tables of numbers.
 STYLE = (
     "body{font:14px/1.45 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#20262c}div{overflow-x:auto}"
@@ -62,7 +62,7 @@ def report(job: Job, motion: Motion, table: pd.DataFrame, file: Path, notes: Seq
     ]
     if not motion.others:
         curves = table[[name for name in table if not str(name).startswith(("screw axis", "pitch", "drive"))]]
-        drawn = [motion.plot_curves(curves.iloc[:, k : k + MOST]) for k in range(0, curves.shape[1], MOST)]
+        drawn = [motion.plot_curves(curves.iloc[:, k : k + MAX_PANELS]) for k in range(0, curves.shape[1], MAX_PANELS)]
         parts += [_picture(figure, "curves over the drive") for figure in drawn]
     rows = [[f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in table.itertuples(index=False)]
     parts.append(element("div", html_table([f">{name}" for name in table], rows)))

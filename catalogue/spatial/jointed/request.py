@@ -14,7 +14,7 @@ from ...kinematics.types import Array
 from .elements import Scalar, identity, title
 
 #: Largest number of poses of a grid: their arrays are in memory.
-MOST = 1_000_000
+MAX_POSES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -83,6 +83,6 @@ class Drives:
 
     def grid(self) -> Array:
         """Return the values of the drives over their grid, the last one fastest, (p, d)."""
-        if np.prod([float(len(v)) for v in self.values]) > MOST:
-            raise InvalidRequest(f"a grid has at most {MOST} poses")
+        if np.prod([float(len(v)) for v in self.values]) > MAX_POSES:
+            raise InvalidRequest(f"a grid has at most {MAX_POSES} poses")
         return np.stack([v.ravel() for v in np.meshgrid(*self.values, indexing="ij")], axis=1)

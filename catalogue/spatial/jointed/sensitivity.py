@@ -11,7 +11,7 @@ import pandas as pd
 
 from ...given import instance
 from .curve import Curve
-from .frame import framed
+from .frame import make_frame
 from .motion import Motion, taken
 from .newton import solved
 
@@ -63,4 +63,4 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
                 moved_motion = replace(motion, curve=Curve(moved, motion.curve.held), states=states, _cache={})
                 read.append(motion.rows(taken(moved_motion, reading, "reading")))
             columns[f"{label} {'xyz'[axis]}"] = (read[0] - read[1]) / (2 * STEP * system.unit)
-    return framed(motion, columns, index="drive")
+    return make_frame(motion, columns, index="drive")

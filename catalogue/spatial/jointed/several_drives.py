@@ -16,7 +16,7 @@ from .curve import Curve, tangents
 from .elements import Scalar, title
 from .motion import Motion
 from .paths import Course, corrected, follow
-from .rank import RANK, SINGULAR, UNMET, without_missed
+from .rank import RANK_TOLERANCE, SINGULAR, UNMET_CONDITIONS, drop_violating
 from .request import Drives
 from .sweeping import swept
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from .system import System
 
 #: Largest slope of a stationary drive, per arc length.
-STILL = 1e-7
+STATIONARY_SLOPE = 1e-7
 #: Reason for the end of a path: its values have no pose in this assembly.
-BEYOND = "dead point"
+DEAD_POINT = "dead point"
 
 
 class Poses(NamedTuple):
@@ -73,8 +73,8 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
         states = _sweep_grid(mechanism, drives, Poses(start, first, np.arange(n)), points, stops)
     else:
         states = np.moveaxis(_moved(system, start, points, order, stops), 0, 1)
-    for i in without_missed(Curve(system, design[:, :-1]), states):
-        stops[i].append(UNMET)
+    for i in drop_violating(Curve(system, design[:, :-1]), states):
+        stops[i].append(UNMET_CONDITIONS)
     held = np.moveaxis(points, 0, 1)[:, :, :-1]
     ends = ((None, None),) * n
     return Motion(
@@ -103,10 +103,10 @@ def _check_drives(system: System, y: Array, values: Array, drives: tuple[Scalar,
     _, conditions, _, by = Curve(system, values[:, :-1]).selected(y)(y)
     own = conditions[:, : len(system.use)]
     s = np.linalg.svd(own, compute_uv=False) if own.shape[1] else np.ones((len(own), 1))
-    if (s[:, -1] < RANK * s[:, 0]).any():
+    if (s[:, -1] < RANK_TOLERANCE * s[:, 0]).any():
         raise NotMovable(SINGULAR)
     s = np.linalg.svd(np.concatenate([conditions, by[:, None]], axis=1), compute_uv=False)
-    if (s[:, -1] < STILL * s[:, 0]).any():
+    if (s[:, -1] < STATIONARY_SLOPE * s[:, 0]).any():
         names = ", ".join(title(d) for d in drives)
         raise CannotDrive(f"{names} cannot drive together: the mechanism moves while all scalars keep their values")
 
@@ -119,7 +119,7 @@ def _moved(system: System, y: Array, points: Array, order: tuple[Scalar, ...], s
         where = ", ".join(
             _shown_value(s, v, f.unit, f.angular) for s, v, f in zip(order, at, system.scalars, strict=True)
         )
-        stops[i].append(f"the path ends at {where}: {BEYOND}")
+        stops[i].append(f"the path ends at {where}: {DEAD_POINT}")
     return corrected(system, states, points)
 
 
@@ -150,7 +150,7 @@ def _sweep_one_drive(curve: Curve, here: Poses, goal: Array, drive: Scalar, stop
     y = here.states[some]
     at = curve.take(some).selected(y)(y)
     tangent, slope, regular = tangents(at[1], at[3])
-    good = (slope >= STILL) & (regular >= RANK)
+    good = (slope >= STATIONARY_SLOPE) & (regular >= RANK_TOLERANCE)
     some = some[good]
     if not len(some):
         return states

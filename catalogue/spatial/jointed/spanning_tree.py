@@ -55,7 +55,7 @@ class SpanningTree:
 
     def pair(self, x: e.Element) -> tuple[int, int]:
         """Return the numbers of the two bodies that an element joins."""
-        first, second = e.joined(x)
+        first, second = e.joined_bodies(x)
         return self.bodies.index(first), self.bodies.index(second)
 
 
@@ -63,7 +63,7 @@ def _named_bodies(elements: Sequence[e.Element]) -> list[str]:
     """Return the bodies without the ground, in order of first mention."""
     named: list[str] = []
     for x in elements:
-        pair = e.joined(x)
+        pair = e.joined_bodies(x)
         if pair[0] == pair[1]:
             raise InvalidLinkage(f"{label(x)} joins {pair[0]} to itself")
         named += [b for b in pair if b not in (*named, e.GROUND)]
@@ -83,7 +83,7 @@ def _carriers(elements: Sequence[e.Element]) -> dict[str, Carrier]:
     return carriers
 
 
-def grouped(placed: Sequence[Placed]) -> tuple[Placed, ...]:
+def merge_placed(placed: Sequence[Placed]) -> tuple[Placed, ...]:
     """Merge neighbouring entries of one kind that are carried by the ground or free."""
     out: list[Placed] = []
     for p in placed:

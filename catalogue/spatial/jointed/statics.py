@@ -12,8 +12,8 @@ import pandas as pd
 from ...given import Stated, instance, several
 from ...kinematics.types import Array
 from .elements import Link
-from .frame import framed
-from .motion import SMALL, Motion
+from .frame import make_frame
+from .motion import RANK_TOLERANCE, Motion
 from .vectors import cross
 
 
@@ -88,7 +88,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
             columns[f"{what} [N {unit}]"] = borne[:, k] * system.unit
         else:
             columns[f"{what} [N]"] = borne[:, k]
-    return framed(motion, columns)
+    return make_frame(motion, columns)
 
 
 def _is_indeterminate(motion: Motion) -> Array:
@@ -102,6 +102,6 @@ def _is_indeterminate(motion: Motion) -> Array:
     good = np.isfinite(jacobian).all((1, 2))
     u, s, _ = np.linalg.svd(jacobian[good], full_matrices=True)
     share = np.zeros(u.shape[::2])
-    share[:, : s.shape[1]] = s > SMALL * s[:, :1]
-    out[good] = ((u * ~share.astype(bool)[:, None]) ** 2).sum(2) > SMALL
+    share[:, : s.shape[1]] = s > RANK_TOLERANCE * s[:, :1]
+    out[good] = ((u * ~share.astype(bool)[:, None]) ** 2).sum(2) > RANK_TOLERANCE
     return out

@@ -7,13 +7,13 @@ import numpy as np
 from ...kinematics.types import Array
 from ..continuation import tracing
 from ..continuation.newton import newton_step
-from ..continuation.tracing import BRANCH, LONG, MOST, STUCK, TURNING, toward
+from ..continuation.tracing import BRANCH, LONG, MAX_NODES, STUCK, TURNING, trace_toward
 from . import compiled
 from .curve import Curve
 from .newton import ACCURACY, solved
 
 #: Distance beyond the end of a motion [units or rad] at which a value of the drive is reached.
-BESIDE = 1e-12
+END_TOLERANCE = 1e-12
 #: Reasons why a motion ends, in the order of `native.curve`.
 REASONS = ("", TURNING, BRANCH, STUCK, LONG)
 
@@ -44,7 +44,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
     nodes = np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent
     sign = newton_step(at[0], at[1], tangent, signed=True)[2]
     states, end, why, singular = compiled.swept(
-        fast, curve.held, nodes, sign, target, goal, MOST, (tracing.LIMITS, ACCURACY)
+        fast, curve.held, nodes, sign, target, goal, MAX_NODES, (tracing.LIMITS, ACCURACY)
     )
     reason = np.array([*REASONS, ""], dtype=object)[why]
     if singular.any():
@@ -60,15 +60,15 @@ def _sweep_by_numpy(
     """Trace all curves down and up by numpy, then correct all poses together."""
     n, begin = len(y), at[2]
     both, sign = np.tile(np.arange(n), 2), np.repeat((-1.0, 1.0), n)
-    traces = toward(
+    traces = trace_toward(
         curve.take(both), y[both], sign[:, None] * tangent[both], target.T.ravel(), at=tuple(v[both] for v in at)
     )
     end, nodes, along = traces.nodes.drive[traces.last].reshape(2, n), traces.nodes, sign[traces.who]
     gone = along * (nodes.drive - begin[both[traces.who]])
     growing = traces._replace(nodes=nodes._replace(drive=gone, slope=along * nodes.slope))
-    who, which = np.nonzero((goal >= end[0, :, None] - BESIDE) & (goal <= end[1, :, None] + BESIDE))
+    who, which = np.nonzero((goal >= end[0, :, None] - END_TOLERANCE) & (goal <= end[1, :, None] + END_TOLERANCE))
     guess, far = y[who], goal[which] - begin[who]
-    some = np.flatnonzero(np.abs(far) > BESIDE)
+    some = np.flatnonzero(np.abs(far) > END_TOLERANCE)
     if len(some):
         guess[some] = growing.between(who[some] + n * (far[some] > 0), np.abs(far[some]))[0]
     states = np.full((n, len(goal), y.shape[1]), np.nan)

@@ -21,7 +21,7 @@ from .tree import Tree, span
 from .vectors import cross, dots, series
 
 #: Cached properties that all mechanisms of a batch share.
-SHARED = ("plan", "design", "weight", "starts", "_groups", "_pairs")
+SHARED_CACHE = ("plan", "design", "weight", "starts", "_groups", "_pairs")
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class System(Tree):
         if len(self.points) == 1:
             return self
         some = replace(self, points=self.points[index], directions=self.directions[index])
-        vars(some).update({name: vars(self)[name] for name in SHARED if name in vars(self)})
+        vars(some).update({name: vars(self)[name] for name in SHARED_CACHE if name in vars(self)})
         return some
 
     def with_points(self, points: Array) -> System:

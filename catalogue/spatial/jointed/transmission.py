@@ -8,7 +8,7 @@ import pandas as pd
 from ...errors import InvalidRequest
 from ...given import instance
 from .elements import Link, Revolute
-from .frame import framed
+from .frame import make_frame
 from .motion import Motion
 from .vectors import cross
 
@@ -58,4 +58,4 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
         e, v = ends[1] - ends[0], cross(np.broadcast_to(axis, pin.shape), pin - at)
         sine = np.abs((e * v).sum(1)) / np.sqrt((e * e).sum(1) * (v * v).sum(1))
         columns["transmission angle [deg]"] = np.degrees(np.arcsin(np.clip(sine, 0, 1)))
-    return framed(motion, columns)
+    return make_frame(motion, columns)

@@ -61,11 +61,11 @@ class Placed:
         return span(self.bodies)
 
     def numbers(self, k: int = 0) -> Any:
-        """Return the indices of the k-th numbers of these joints in a state."""
+        """Return, for each of these joints, the index of its k-th entry in a state."""
         return self._spans[k][0]
 
     def unknowns(self, k: int = 0) -> Any:
-        """Return the indices of their k-th unknowns."""
+        """Return, for each of these joints, the index of its k-th unknown."""
         return self._spans[k][1]
 
     @cached_property
@@ -204,7 +204,7 @@ class Tree:
             out[:, [k + (p.joint_kind == CYLINDRICAL) for k in p.unknown], :3] = axis
 
     def _pose_on_guide(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
-        """Return the pose of a point on a guide, a body that does not rotate."""
+        """Return rotation and translation of a guided point, as of a body without rotation."""
         assert p.guide is not None
         two = np.arange(UNKNOWNS[p.joint_kind])
         q = self._coordinates(y, x, p.number[0] + two, p.unknown[0] + two)

@@ -9,16 +9,16 @@ from ...errors import InvalidRequest
 from ...given import instance, positive
 from ...kinematics.types import Array
 from ..geometry.rotation import cross
-from .axle import Seat, Wheel, height, seat, seen
+from .axle import Seat, Wheel, height, motion_in_iso, seat
 from .columns import AXLE, heading
 from .elements import Scalar
-from .frame import framed
+from .frame import make_frame
 from .motion import Motion
 
 #: Difference of the slopes of two normals below which they are parallel.
-PARALLEL = 1e-12
+PARALLEL_SLOPES = 1e-12
 #: Reason why a pose has no turning circle.
-STRAIGHT = "in some poses the wheels do not turn to one side"
+NO_TURNING_CIRCLE = "in some poses the wheels do not turn to one side"
 
 
 def axle(
@@ -74,9 +74,9 @@ def axle(
                 "turning circle": turned * 2 * base / np.sin(outer),
             }
             if np.isnan(turned).any():
-                reasons |= dict.fromkeys(("Ackermann", "turning circle"), STRAIGHT)
+                reasons |= dict.fromkeys(("Ackermann", "turning circle"), NO_TURNING_CIRCLE)
     unit = motion.mechanism.unit
-    table = framed(motion, {heading(name, unit, AXLE): column for name, column in columns.items()})
+    table = make_frame(motion, {heading(name, unit, AXLE): column for name, column in columns.items()})
     table.attrs["reasons"] = {heading(name, unit, AXLE): why for name, why in reasons.items() if why}
     return table
 
@@ -90,7 +90,9 @@ def _roll_columns(
     """
     left, right = map(height, wheels)
     still = [(left + right) / 2, *([steer] if steer else [])]
-    every = [seen(motion, wheel, at.centre, left - right, still) for wheel, at in zip(wheels, seats, strict=True)]
+    every = [
+        motion_in_iso(motion, wheel, at.centre, left - right, still) for wheel, at in zip(wheels, seats, strict=True)
+    ]
     slopes, levels = [], []
     for at, moved in zip(seats, every, strict=True):
         patch = moved.velocity + cross(moved.spin, at.contact - at.centre)
@@ -101,7 +103,7 @@ def _roll_columns(
     across, rise = one[1] - two[1], two[2] - one[2]
     spread, lift = velocities[0][1] - velocities[1][1], velocities[1][2] - velocities[0][2]
     roll = (lift * across - rise * spread) / (across**2 + rise**2)
-    parallel = np.isclose(slopes[0], slopes[1], rtol=0, atol=PARALLEL)
+    parallel = np.isclose(slopes[0], slopes[1], rtol=0, atol=PARALLEL_SLOPES)
     beside = np.where(parallel, np.nan, (levels[0] - levels[1]) / (slopes[0] - slopes[1]))
     ground = one[2] - rise * (beside - one[1]) / across
     return next((moved.reason for moved in every if moved.reason), ""), {

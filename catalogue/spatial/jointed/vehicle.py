@@ -116,7 +116,7 @@ class Vehicle(Stated):
         return anti_dive(angle, self.wheelbase, self.height, share)
 
 
-def supported(vehicle: Vehicle, wheel: pd.DataFrame, unit: str) -> pd.DataFrame:
+def tabulate_support(vehicle: Vehicle, wheel: pd.DataFrame, unit: str) -> pd.DataFrame:
     """Tabulate the support of a wheel in its vehicle.
 
     Parameters

@@ -14,7 +14,7 @@ from ...native.newton import corrected, factored, select
 from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, evaluate
 
 #: Distance beyond the end of a motion at which a value of the drive is reached [units or rad].
-BESIDE = 1e-12
+END_TOLERANCE = 1e-12
 #: Of these kernels.
 VERSION = version(__file__)
 
@@ -149,7 +149,7 @@ def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSI
             i, bulge = ONE, 0.0
             for n in range(len(sweep.goal)):
                 value = sweep.goal[n]
-                if (value >= nodes.drive[1]) == (side == 1) and sign * (value - nodes.drive[k]) <= BESIDE:
+                if (value >= nodes.drive[1]) == (side == 1) and sign * (value - nodes.drive[k]) <= END_TOLERANCE:
                     i, bulge = between(nodes, i, k, sign, value, bulge, w)
                     sweep.found[c, n] = corrected(plan, geometry, g, held[c], w.y, value, w, accuracy)
                     bulge = bulge if sweep.found[c, n] == 1 else 0.0
