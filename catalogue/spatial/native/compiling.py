@@ -20,7 +20,7 @@ inlined = njit(forceinline=True, **_OPTIONS)
 kept = njit(cache=True, **_OPTIONS)
 
 #: Typed initial values of variables: literals would make numba compile called functions again.
-NOUGHT: Any = np.int64(0)
+ZERO: Any = np.int64(0)
 ONE: Any = np.int64(1)
 
 

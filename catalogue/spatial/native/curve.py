@@ -14,7 +14,7 @@ import numpy as np
 
 from ...kinematics.types import Floats
 from ..continuation import curve as formulas
-from .compiling import NOUGHT, ONE, compiled, inlined
+from .compiling import ONE, ZERO, compiled, inlined
 from .elimination import substitute
 from .equations import lifted, moved, unitary
 from .newton import around, evaluated, factored, lacking, largest, select
@@ -22,7 +22,7 @@ from .newton import around, evaluated, factored, lacking, largest, select
 cubic, cubic_slope, rises = inlined(formulas.cubic), inlined(formulas.cubic_slope), inlined(formulas.rises)
 
 #: Least value of t^2 (1 - t)^2, at fraction t of an interval, that reveals the error of its cubic.
-LEAST_BULGE = 1e-3
+MIN_ERROR_FACTOR = 1e-3
 #: Least divisor.
 TINY = 1e-9
 #: Reasons for the end of a curve.  SINGULAR: numpy repeats the step.  EDGE and DOUBTFUL, a pose
@@ -202,7 +202,7 @@ def toward(plan, geometry, g, held, orientation, h, target, nodes, limits, w):
     direction, most = np.sign(target - nodes.drive[1]), len(nodes.s) - 2
     k = ONE
     if direction == 0:
-        return k, REACHED, NOUGHT
+        return k, REACHED, ZERO
     for n in range(most):
         h, made, crossing, singular = step(plan, geometry, g, held, h, orientation, nodes, k, k - 1, k + 1, limits, w)
         if singular:
@@ -328,7 +328,7 @@ def between(nodes, i, last, direction, value, bulge, w):
         i += 1
     t, h = where(nodes, i, direction, value), nodes.s[i + 1] - nodes.s[i]
     new = (t * (1 - t)) ** 2
-    share = new / bulge if i == first and bulge > LEAST_BULGE else 0.0
+    share = new / bulge if i == first and bulge > MIN_ERROR_FACTOR else 0.0
     for j in range(len(w.y)):
         there = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
         w.y[j], w.off[j] = there + (share * w.off[j] if share > 0 else 0.0), there

@@ -12,9 +12,9 @@ from .equations import evaluate, moved, unitary
 around = inlined(formulas.around)
 
 #: Ratio of a step to the one before above which the matrix is factored anew.
-SLOW = 0.05
+REFACTOR_RATIO = 0.05
 #: Predicted error of a pose below which its correction ends.
-NONE_LEFT = 1e-15
+CONVERGED = 1e-15
 
 
 @compiled
@@ -113,9 +113,9 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
         moved(plan, y, w.step)
         if k == 0:
             near = size <= accuracy.near
-        if not size > accuracy.last and (anew or size * size <= NONE_LEFT * before):
+        if not size > accuracy.last and (anew or size * size <= CONVERGED * before):
             break
-        anew = k > 0 and not size <= SLOW * before
+        anew = k > 0 and not size <= REFACTOR_RATIO * before
         if not size < np.inf:
             break
     return 1 if size <= accuracy.enough and near else 0
