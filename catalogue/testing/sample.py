@@ -16,7 +16,7 @@ from ..series.series import Guided, Member, Series
 
 SIZE = 64
 #: Number of points sampled to find the configurations that an even sample lacks.
-LOOK = 4096
+RARE_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def even(series: Series, member: Member, size: int = SIZE) -> Sample:
 
 def rare(sample: Sample) -> Sample | None:
     """Draw a linkage of each configuration that the sample lacks; None if there is none."""
-    many = even(sample.series, sample.member, LOOK).valid
+    many = even(sample.series, sample.member, RARE_SAMPLES).valid
     names, which = np.unique(many.configuration, return_index=True)
     lacking = which[~np.isin(names, sample.configuration)]
     return many.part(lacking) if lacking.size else None
