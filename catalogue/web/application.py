@@ -204,7 +204,7 @@ class Page:
             raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
         unit, found = unit_shown(request.query_params.get("unit", "")), []
         if names:
-            found = await self.ask(request, ("compare", names, unit), guides.compared, names, unit, quick=True)
+            found = await self.ask(request, ("compare", names, unit), guides.compare_pages, names, unit, quick=True)
         return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
 
     async def own(self, request: Request) -> Response:

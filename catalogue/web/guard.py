@@ -24,7 +24,7 @@ TOKEN = "token"  # nosec B105  # a name, no secret
 #: Longest address [characters]: the form with every field filled in takes about 2,000.
 MAX_ADDRESS = 8000
 #: Values of Sec-Fetch-Site for requests that come from no foreign page; older browsers send none.
-OWN = ("same-origin", "none", "")
+OWN_SITES = ("same-origin", "none", "")
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; "
     "base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
@@ -82,7 +82,7 @@ class Guard:
         said = parse_qsl(query, keep_blank_values=True)
         if scope["path"] == "/" and (tokens := [value for name, value in said if name == TOKEN]):
             return self._admit(tokens[-1], [pair for pair in said if pair[0] != TOKEN])
-        if given.get("sec-fetch-site", "") not in OWN:
+        if given.get("sec-fetch-site", "") not in OWN_SITES:
             return PlainTextResponse("asked for by another site: open the page itself", 403)
         if not self._has_cookie(given.get("cookie", "")):
             return PlainTextResponse("open the address that `catalogue serve` has printed: it holds the token", 403)

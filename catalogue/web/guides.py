@@ -312,7 +312,7 @@ def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
     return export(one, format=kind, unit=unit)
 
 
-def compared(names: tuple[str, ...], unit: str) -> list[Any]:
+def compare_pages(names: tuple[str, ...], unit: str) -> list[Any]:
     """Make the pages of the guides that have a stroke, for a comparison."""
     return [page for page in (guide_page(name, unit) for name in names) if isinstance(page, GuidePage)]
 

@@ -32,10 +32,10 @@ PATH = ("stroke", "deviation", "radius", "angle", "from", "to", "along")
 #: Options of the ranking that are not keywords of `Catalogue.find`.
 RANKING = ("pareto",)
 #: Keywords set by the page itself: it shows stored guides first, then refined ones.
-DECIDED = ("refine",)
+PAGE_KEYWORDS = ("refine",)
 #: Names in an address that are not fields: kind of path, unit of length, shortlist, stage of the
 #: search.
-BESIDES = ("path", "unit", "pick", "stage")
+OTHER_NAMES = ("path", "unit", "pick", "stage")
 #: Fields by group; all other fields are in the last group.
 GROUPS = {
     "Path": PATH,
@@ -46,7 +46,7 @@ GROUPS = {
     "Choice": (),
 }
 #: Fields before the groups: the most frequent ones.
-FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
+FREQUENT_FIELDS = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
 #: Upper bounds of fields that lengthen a search: with both a search takes about 15 s.
 MOST = {"effort": 4, "limit": 48}
 
@@ -172,7 +172,7 @@ class Form:
         self.commands, self._read = dict(commands), read
         find = [name for name, one in signature(Catalogue.find).parameters.items() if one.kind is one.KEYWORD_ONLY]
         known = {SINGULAR.get(one.name, one.name) for one in fields(Constraints)}
-        known |= {*find, *PATH, *RANKING} - {*DECIDED}
+        known |= {*find, *PATH, *RANKING} - {*PAGE_KEYWORDS}
         options = [
             one
             for command in commands.values()
@@ -183,11 +183,11 @@ class Form:
 
     @property
     def groups(self) -> dict[str, list[Field]]:
-        """Fields by group, without those of `FIRST`."""
+        """Fields by group, without those of `FREQUENT_FIELDS`."""
         group = {name: title for title, names in GROUPS.items() for name in names}
         found: dict[str, list[Field]] = {title: [] for title in GROUPS}
         for field in self.fields.values():
-            if field.name not in FIRST:
+            if field.name not in FREQUENT_FIELDS:
                 found[group.get(field.name, "Choice")].append(field)
         return found
 
@@ -208,7 +208,7 @@ class Form:
         command = self.commands[name]
         arguments = [part for field in self.fields.values() for part in self._arguments(field, command, said)]
         arguments += ["--unit", unit_shown(said.get("unit", [ASSUMED])[-1])]
-        if unknown := [one for one in said if one not in self.fields and one not in BESIDES]:
+        if unknown := [one for one in said if one not in self.fields and one not in OTHER_NAMES]:
             raise WishError(f"there is no field {quoted(unknown[0])}")
         try:
             context = command.make_context(name, list(arguments))
