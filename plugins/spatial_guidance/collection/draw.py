@@ -111,7 +111,7 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
     translation = positions.translation.reshape(n, -1, 3)
     found: list[tuple[Array, ...]] = []  # mechanism, point, first and last node, and whether the curve is a circle
     for circles, kind in enumerate(GAPS):
-        tried = best(rotation, translation, kind, m.body.mean(1), m.diameter, led(m, kind), flat)
+        tried = best(rotation, translation, kind, m.body.mean(1), m.diameter, exactly_guided_points(m, kind), flat)
         for (length, _), (point, first, gap) in zip(WINDOWS, tried, strict=True):
             good = np.flatnonzero(gap < 2 * DRAWING.deviation)
             found.append((good, point[good], first[good], first[good] + length, np.full(len(good), circles)))
@@ -155,7 +155,7 @@ def _specimens_of_strokes(given: Strokes, motion: Motion, kind: str) -> list[Spe
     return out
 
 
-def led(m: Mechanisms, kind: str) -> Array:
+def exactly_guided_points(m: Mechanisms, kind: str) -> Array:
     """Return the body points that guides may keep exactly on a line or circle.
 
     Shape (n, p, 3); NaN for the other points.
