@@ -23,7 +23,7 @@ import numpy as np
 
 from catalogue.spatial import Cylindrical, Joint, Link, Mechanism, Revolute, Spherical, Travel
 from catalogue.spatial.continuation.curve import Trace
-from catalogue.spatial.continuation.dead_points import unfolded
+from catalogue.spatial.continuation.dead_points import split_folds
 from catalogue.spatial.continuation.tracing import March
 from catalogue.spatial.jointed.circuit import Circuit
 from catalogue.spatial.jointed.curve import Curve, signature
@@ -87,7 +87,7 @@ def back(curve: Curve, circuits: list[Circuit]) -> list[tuple[bool, bool]]:
             break
         march.step()
     return [
-        _met(circuits[i], int(first[i]), unfolded(circuits[i].curve, march.trace(i)), float(far[i]))
+        _met(circuits[i], int(first[i]), split_folds(circuits[i].curve, march.trace(i)), float(far[i]))
         if far[i]
         else (True, True)
         for i in range(len(circuits))

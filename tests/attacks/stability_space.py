@@ -46,7 +46,7 @@ def bodies(n: int) -> Iterator[Row]:
 def swept(kernel: str, name: str, batch: Any, at: Any, near: float) -> Row:
     """Row of the positions at the end of a sweep that leads away from these and back, of enough nodes to be compiled
     where that is in the kernel's name."""
-    nodes = compiled.WORTH if "compiled" in kernel else compiled.WORTH // (2 * len(batch))
+    nodes = compiled.MIN_POSITIONS if "compiled" in kernel else compiled.MIN_POSITIONS // (2 * len(batch))
     back = 0.05 * min(near, 1.0) * (1 - np.abs(np.linspace(-1, 1, nodes + 1)))
     path = at.drivers[:, None] - back[:, None] * driver_units(batch).T[:, None]
     return _guided(0, kernel, name, batch, guided.S.follow(batch, path, at).node(nodes))

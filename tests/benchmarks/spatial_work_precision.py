@@ -230,7 +230,7 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
             S.newton_.LAST = S.filling_.LAST = last
             S.walk_.LIMITS, S.walk_.ACCURACY = LIMITS._replace(last=last), ACCURACY._replace(last=last)
             some = [np.arange(len(m))] if batch else [np.array([i]) for i in range(FEW)]
-            with mock.patch.object(guided_compiled, "WORTH", 0 if fast else np.inf):
+            with mock.patch.object(guided_compiled, "MIN_POSITIONS", 0 if fast else np.inf):
                 ones = [(m[i], path[i], start[i]) for i in some]
                 if fast:
                     S.follow(*ones[0])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from catalogue import CircularArc, StraightLine
-from catalogue.candidates.batch import every_flip, final, flipped, in_best_charts, measured, near_path
+from catalogue.candidates.batch import every_flip, final, flip, in_best_charts, measured, near_path
 from catalogue.candidates.feasibility import pivot_violations
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import mirrored_places
@@ -39,7 +39,7 @@ def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, requ
     assert len(ways) == (4 if request_ is LINE else 2)
     seen = []
     for reverse, over in ways:
-        linkage, point, pole = flipped(found.linkage, found.point, found.pole, reverse, over)
+        linkage, point, pole = flip(found.linkage, found.point, found.pole, reverse, over)
         laid = measured(problem, found.origin, linkage, point, pole)
         # of starts the deviation is read in few places, between ends that are found to half of the digits
         np.testing.assert_allclose(laid.deviation, found.deviation, rtol=1e-6 if EXTENDED else 1e-4, atol=1e-14)
@@ -61,7 +61,7 @@ def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -
     problem, found = batch(LINE, count=30, fixed_pivots_in=above)
     broken = pivot_violations(problem, found.linkage, found.measures.slides)["fixed_pivots_in"]
     for reverse, over in every_flip(problem, len(found)):
-        other, _, _ = flipped(found.linkage, found.point, found.pole, reverse, over)
+        other, _, _ = flip(found.linkage, found.point, found.pole, reverse, over)
         slides = mirrored_places(found.measures.slides, 1.0, reverse, over)
         there = pivot_violations(problem, other, slides)["fixed_pivots_in"]
         assert (broken <= there + 1e-9).all()
@@ -134,7 +134,7 @@ def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: Simpl
 def test_an_arc_that_turns_over_is_none(batch: Any) -> None:
     problem, found = batch(ANY, count=20, families=["four-bar"])
     over = np.ones(len(found), bool)
-    linkage, point, _ = flipped(found.linkage, found.point, found.pole, ~over, over)
+    linkage, point, _ = flip(found.linkage, found.point, found.pole, ~over, over)
     assert np.isfinite(found.deviation).any()
     assert np.isnan(near_path(problem, found.origin, coupler_curve(linkage, point)).deviation).all()
 

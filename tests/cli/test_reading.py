@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from catalogue.cli.reading import CONTRADICTING, linkages_of, read_rows
+from catalogue.cli.reading import PIVOTS_EXCLUDE, linkages_of, read_rows
 from catalogue.cli.rows import Row, rows_of
 from catalogue.errors import CatalogueError
 from catalogue.guides.columns import DWELL, STRETCH
@@ -187,4 +187,4 @@ def test_what_the_command_prints_is_read_again(run: Run, mine: Path, tmp_path: P
         assert points.tolist() == [complex(*row["guided"]) for row in rows]
     (file := tmp_path / "again").write_text(exported)
     assert len(read_rows(str(file))) == 1
-    assert not CONTRADICTING & {*STRETCH, *DWELL}
+    assert not PIVOTS_EXCLUDE & {*STRETCH, *DWELL}

@@ -60,7 +60,7 @@ def ask(small: Catalogue, stretches: Callable[[str], list[Any]]) -> Iterator[Cal
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(starts.Starts, "_stored", lambda *_: None)
         patch.setattr(starts.Starts, "_made_at_once", lambda *_: [])
-        patch.setattr(starts, "DRAWN", 20)
+        patch.setattr(starts, "DRAWN_LINKAGES", 20)
         how: dict[str, Any] = {"limit": 8, "distinct": 0, "per_series": 0, "refine": False}
 
         def found(family: str, **wanted: Any) -> list[Any]:

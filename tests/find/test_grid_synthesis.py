@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.find.grid_synthesis import circles, completed, reaches, turns
+from catalogue.find.grid_synthesis import circles, complete_pairs, reaches, turns
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.problem.path import StraightLine
 
@@ -19,7 +19,7 @@ def test_completed_linkages_carry_the_point_along_the_path() -> None:
     np.testing.assert_allclose(turn[4], 1, rtol=1e-12)
     crank = np.abs(path[:, None] + turn * (moving - path[4]) - fixed)
     np.testing.assert_allclose(crank, np.abs(moving - fixed)[0], rtol=1e-12)
-    pivots, of = completed("crank", np.array([[fixed[0], moving[0]]]), nominal)
+    pivots, of = complete_pairs("crank", np.array([[fixed[0], moving[0]]]), nominal)
     assert len(of) > 3
     z = pivots[..., 0] + 1j * pivots[..., 1]
     np.testing.assert_array_equal(z[:, 0], [[fixed[0], moving[0]]] * len(of))
@@ -32,7 +32,7 @@ def test_given_fixed_pivots_are_completed_in_the_inverse_motion() -> None:
     nominal = Nominal(1.0)
     path = nominal.at(0.5 * (1 - np.cos(np.pi * np.arange(17) / 16)))[0]
     pair = np.array([-0.3 + 0.5j, 1.1 - 0.8j])
-    pivots, of = completed("fixed", pair[None], nominal)
+    pivots, of = complete_pairs("fixed", pair[None], nominal)
     assert len(of) > 3
     z = pivots[..., 0] + 1j * pivots[..., 1]
     np.testing.assert_array_equal(z[:, :, 0], [pair] * len(of))

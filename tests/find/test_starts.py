@@ -36,8 +36,8 @@ def test_a_looser_request_has_no_worse_answer(
 ) -> None:
     """Even if hardly anything is tried for it."""
     tight = small.find(request_, **constraints, rank_by=rank_by, limit=3, effort=2)
-    monkeypatch.setattr(starts, "STORED", 1)
-    monkeypatch.setattr(starts, "DRAWN", 5)
+    monkeypatch.setattr(starts, "STORED_STARTS", 1)
+    monkeypatch.setattr(starts, "DRAWN_LINKAGES", 5)
     poor = replace(search.BUDGET, per_kind=1, tried=1, rounds=1, dense=0, farther=0, broad=0, hops=0)
     monkeypatch.setattr(find, "Search", partial(Search, budget=poor))
     looser = replace(request_, deviation=1.2 * request_.deviation)

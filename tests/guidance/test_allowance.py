@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import CandidateBatch, described, near_path, with_allowance
+from catalogue.candidates.batch import CandidateBatch, measure_traced, near_path, with_allowance
 from catalogue.guidance import allowance as module
 from catalogue.guidance.allowance import Reach, References, Zone, allowances, expected_deviation
 from catalogue.guidance.allowance_slopes import slopes
@@ -140,7 +140,7 @@ def test_rates_by_pivots_are_those_of_differences(small: Catalogue, monkeypatch:
         small, request, monkeypatch, limit=12, per_series=0, refine=False, families=["slider-crank"]
     )
     problem = replace(problem, constraints=replace(problem.constraints, min_allowance=1e-6))
-    found = described(problem, found.origin, found.curve, found.traced)
+    found = measure_traced(problem, found.origin, found.curve, found.traced)
     by = slopes(problem.deviation, found.curve, found.traced, Zone(*problem.zone), rough=False)
     moves = [k for k in range(COUNT) if k != 8]  # along the path nothing changes
     wanted, step = np.zeros((len(found), len(moves))), 1e-7

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.metrics import _reach, measure, nearest_to_turning, rotates, rotation_margin
+from catalogue.guidance.metrics import _reach, best_turning_cranks, measure, rotates, rotation_margin
 from catalogue.guidance.placement import placed
 from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RR, Linkage
@@ -256,7 +256,7 @@ def test_the_size_is_that_of_the_whole_path_not_of_the_poses_that_are_read() -> 
 def test_the_crank_that_lacks_least_is_to_drive_before_it_turns(random_linkages: Callable[..., Linkage]) -> None:
     for family in ("four-bar", "slider-crank", "inverted-slider-crank", "elliptic-trammel"):
         linkage = random_linkages(family, 300, 8)
-        margin, found = np.nan_to_num(rotation_margin(linkage), nan=-np.inf), nearest_to_turning(linkage)
+        margin, found = np.nan_to_num(rotation_margin(linkage), nan=-np.inf), best_turning_cranks(linkage)
         turns = rotates(linkage)
         np.testing.assert_array_equal(found[turns > 0], turns[turns > 0])
         swings = (turns == 0) & np.isfinite(margin).any(1)

@@ -12,7 +12,7 @@ from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, Straigh
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.sensitivity import displaced, pose_jacobian, sensitivity
-from catalogue.guidance.trace import again
+from catalogue.guidance.trace import retrace
 from catalogue.kinematics.linkage import Linkage
 
 DRAWS, BATCH, ERROR = 20_000, 10_000, 1e-4
@@ -113,7 +113,7 @@ def test_a_narrow_peak_is_not_passed_over() -> None:
     )  # fmt: skip
     guides = coupler_curve(linkage, np.array([0.5000000000000002 + 0.27425252715492304j]))
     traced = at_stroke(guides, 1.0, circle=True, extend=False)
-    held = again(guides, traced, circle=True, nodes=32, held=np.where(guides.tangent.real > 0, -1, 1) / 0.6)
+    held = retrace(guides, traced, circle=True, nodes=32, held=np.where(guides.tangent.real > 0, -1, 1) / 0.6)
     coarse, as_needed = (sensitivity(guides, held, *stations).rms[0] for stations in [(32, 32), ()])
     assert coarse < 200
     assert as_needed > 500  # 536 at 1,201 even places along the path; none that is read is the highest

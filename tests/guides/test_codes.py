@@ -53,7 +53,7 @@ def test_a_database_of_another_program_is_refused_and_unchanged(file: Path, stat
     with pytest.raises(InvalidRequest, match="is a database, but not one of answers: name another file with CATALOG"):
         codes.keep(["{}"])
     with pytest.raises(InvalidRequest, match="is a database, but not one of answers"):
-        codes.kept(NO_CODE)
+        codes.stored_record(NO_CODE)
     assert file.read_bytes() == before
     assert [*file.parent.iterdir()] == [file]
 
@@ -72,9 +72,9 @@ def test_the_catalogue_itself_is_no_file_of_answers(
 def test_a_file_without_the_mark_is_taken_over_with_its_records(file: Path) -> None:
     kept = codes.keep(["{}", "[]"])
     run(file, "PRAGMA application_id = 0")
-    assert codes.kept(kept[0]) == "{}"
+    assert codes.stored_record(kept[0]) == "{}"
     more = codes.keep(["7"])
-    assert [codes.kept(code) for code in (*kept, *more)] == ["{}", "[]", "7"]
+    assert [codes.stored_record(code) for code in (*kept, *more)] == ["{}", "[]", "7"]
     assert run(file, "PRAGMA application_id") == [(codes.APPLICATION_ID,)]
 
 
@@ -85,11 +85,11 @@ def test_repeats_take_no_place_of_others(file: Path, monkeypatch: pytest.MonkeyP
     again = [f"answer {k}" for k in range(9)]
     for _ in range(50):
         codes.keep(again)
-    assert codes.kept(old[0]) == "of last year"
+    assert codes.stored_record(old[0]) == "of last year"
     assert run(file, "SELECT count(*) FROM answer") == [(10,)]
     codes.keep(["one more"])
-    assert codes.kept(old[0]) is None
-    assert all(codes.kept(codes.code_of(text)) == text for text in again)
+    assert codes.stored_record(old[0]) is None
+    assert all(codes.stored_record(codes.code_of(text)) == text for text in again)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no such modes")
@@ -117,7 +117,7 @@ def test_a_file_that_others_could_read_is_made_private(file: Path, monkeypatch: 
         parts = [*file.parent.iterdir()]
         for part in parts:
             part.chmod(0o644)
-        codes.kept(NO_CODE)
+        codes.stored_record(NO_CODE)
         assert {stat.S_IMODE(part.stat().st_mode) for part in parts} == {0o644}
         codes.keep(['{"other": 1}'])
         assert len(parts) == 3
@@ -142,7 +142,7 @@ def test_any_damage_is_one_line_that_says_what_to_do(file: Path) -> None:
         for _ in range(rng.choice([1, 3, 30, 300])):
             damaged[rng.randrange(rng.choice([300, len(whole)]))] = rng.randrange(256)
         file.write_bytes(damaged)
-        for ask in (partial(codes.keep, [str(k)]), partial(codes.kept, kept[5])):
+        for ask in (partial(codes.keep, [str(k)]), partial(codes.stored_record, kept[5])):
             try:
                 ask()
             except InvalidRequest as error:
@@ -170,5 +170,5 @@ def test_many_processes_make_the_file_at_once(file: Path) -> None:
     ]
     done = [one.communicate(timeout=120) for one in every]
     assert [err for _, err in done] == [""] * 8
-    assert [codes.kept(out.strip()) for out, _ in done] == [str(k) for k in range(8)]
+    assert [codes.stored_record(out.strip()) for out, _ in done] == [str(k) for k in range(8)]
     assert run(file, "SELECT count(*) FROM answer") == [(8,)]

@@ -67,7 +67,7 @@ class Machine(RuleBasedStateMachine):
             return
         before = self.answers.read_bytes()
         self.answers.write_bytes(before[:at] + bytes([byte]) + before[at + 1 :])
-        for ask in (lambda: codes.kept("abcdefg"), lambda: codes.keep(["{}"])):
+        for ask in (lambda: codes.stored_record("abcdefg"), lambda: codes.keep(["{}"])):
             with suppress(catalogue.InvalidRequest):
                 ask()
         for file in self.folder.glob("answers.db*"):
@@ -102,10 +102,10 @@ class Machine(RuleBasedStateMachine):
     @invariant()
     def what_was_kept_last_is_recalled_and_nothing_else(self) -> None:
         for code, text in self.held.items():
-            assert codes.kept(code) == text
+            assert codes.stored_record(code) == text
         for k in range(31):
             code = codes.code_of(f'{{"answer": {k}}}')
-            assert (codes.kept(code) is None) == (code not in self.held)
+            assert (codes.stored_record(code) is None) == (code not in self.held)
 
 
 @pytest.mark.slow

@@ -62,10 +62,10 @@ def test_what_is_not_the_text_of_its_code_is_refused(team: Path) -> None:
         (team / f"{code}.json").write_text(other)
         Path(team.parent / "mine.db").unlink(missing_ok=True)
         with pytest.raises(InvalidRequest, match=f"the shared answer {code} is damaged"):
-            codes.kept(code)
+            codes.stored_record(code)
     (team / f"{code}.json").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InvalidRequest, match="cannot be read"):
-        codes.kept(code)
+        codes.stored_record(code)
 
 
 def test_two_records_of_one_code_have_two(team: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,7 +76,7 @@ def test_two_records_of_one_code_have_two(team: Path, monkeypatch: pytest.Monkey
     assert codes.keep(["x"]) == ["aaaaaaa"]
     monkeypatch.setenv("CATALOGUE_ANSWERS", str(team.parent / "other.db"))
     assert codes.keep(["y", "x"]) == ["aaaaaaay", "aaaaaaa"]
-    assert (codes.kept("aaaaaaa"), codes.kept("aaaaaaay")) == ("x", "y")
+    assert (codes.stored_record("aaaaaaa"), codes.stored_record("aaaaaaay")) == ("x", "y")
 
 
 def test_eight_write_at_once(team: Path) -> None:

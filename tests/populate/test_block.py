@@ -22,7 +22,7 @@ from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.populate.block import BLOCKS, Block, block
 from catalogue.populate.elements import ELEMENT, RADII, elements_worth_tracing
-from catalogue.populate.plan import BARREN, Source
+from catalogue.populate.plan import MAX_EMPTY_BLOCKS, Source
 from catalogue.populate.rows import LARGEST, LEAST_TRANSMISSION, PROBLEMS, at_design
 from catalogue.series.sampling import BLOCK, PLAN, draw
 
@@ -264,8 +264,8 @@ def test_what_can_be_guided_as_a_point_is_not_guided_as_a_slot_too(code: str) ->
 def test_a_member_that_gives_nothing_block_after_block_is_given_up() -> None:
     series = SERIES["II.xy"]
     source = Source(series, Any, series.members[0], 10**6, {})  # type: ignore[arg-type]  # no record is asked for
-    for guides in (0, 3, *[0] * BARREN):
+    for guides in (0, 3, *[0] * MAX_EMPTY_BLOCKS):
         assert not source.full
         source.count(guides)
     assert source.full
-    assert (source.next, source.guides) == (BARREN + 2, 3)
+    assert (source.next, source.guides) == (MAX_EMPTY_BLOCKS + 2, 3)

@@ -24,7 +24,7 @@ from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
 from catalogue.quantities import DRIVE, TRANSMISSIONS
 from catalogue.refine.driving import Driving
-from catalogue.refine.quantities import NONE, Pieces, Quantities, outside, own_slope
+from catalogue.refine.quantities import NONE, Pieces, Quantities, coordinate_slope, outside
 from catalogue.refine.subproblem import PivotCoordinates, linearise
 from tests.refine.starts import problem_of, started
 
@@ -226,7 +226,7 @@ def test_a_region_is_the_same_whichever_way_round_it_is_given() -> None:
     x, y = np.random.default_rng(0).uniform(-2, 2, (2, 50))
     z = x + 1j * y
     for corners, rows in (([(-1, -1), (1, -1), (1.5, 0.5), (0, 1)], 4), (POLYGON, 1)):
-        ways = (outside(Region.of("a", c), z, own_slope(len(z), 0)) for c in (corners, corners[::-1]))
+        ways = (outside(Region.of("a", c), z, coordinate_slope(len(z), 0)) for c in (corners, corners[::-1]))
         one, other = (sorted(way, key=lambda row: float(row[0][0])) for way in ways)
         assert len(one) == len(other) == rows
         for (far, by), (too, slope) in zip(one, other, strict=True):

@@ -12,7 +12,7 @@ from catalogue import CircularArc, StraightLine
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.draws import LONGEST, SHORTEST, summit
+from catalogue.search.draws import MAX_LINK, MIN_LINK, summit
 from catalogue.search.euler_savary import drawn, starts
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 0.8), CircularArc(1, 1e-3)
@@ -62,8 +62,8 @@ def test_fixed_pivots_stand_in_the_box_and_links_are_in_proportion(family: str) 
     cranks = np.linalg.norm((z[:, 0, 1] - z[:, 0, 0])[:, :2], axis=1)
     couplers = np.linalg.norm((z[:, 1, 1] - z[:, 0, 1])[:, :2], axis=1)
     for length in (cranks, couplers):
-        assert (length > SHORTEST).all()
-        assert (length < LONGEST).all()
+        assert (length > MIN_LINK).all()
+        assert (length < MAX_LINK).all()
 
 
 @pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any arc"])

@@ -12,7 +12,7 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.exact_guides import DEAD, cardan, parallelograms, starts
+from catalogue.search.exact_guides import MIN_DEAD_POINT_ANGLE, cardan, parallelograms, starts
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 0.8), CircularArc(1, 1e-3)
 ABOVE = (-4.0, 3.0, 5.0, 7.0)
@@ -34,7 +34,7 @@ def test_parallelograms_carry_along_the_arc_itself(radius: float) -> None:
         return
     assert made is not None
     assert (made.deviation < 1e-14).all()
-    assert (made.measures.min_transmission > np.degrees(0.95 * DEAD)).all()
+    assert (made.measures.min_transmission > np.degrees(0.95 * MIN_DEAD_POINT_ANGLE)).all()
     assert (made.origin.order == 99).all()
     # both cranks are the same vector, as long as the radius: the coupler does not turn
     cranks = made.linkage.points[:, :, 1] - made.linkage.points[:, :, 0]
@@ -79,7 +79,7 @@ def test_parallelograms_of_any_radius_stand_in_the_region_asked_for() -> None:
     assert np.ptp(made.traced.fit.curvature) > 0.3, "the radii differ"
     fixed = made.linkage.points[:, :, 0]
     assert ((fixed.real >= 0) & (fixed.real <= 1) & (np.abs(fixed.imag) <= 1)).all()
-    assert (made.measures.min_transmission > np.degrees(0.95 * DEAD)).all()
+    assert (made.measures.min_transmission > np.degrees(0.95 * MIN_DEAD_POINT_ANGLE)).all()
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.draws import LONGEST, SHORTEST
+from catalogue.search.draws import MAX_LINK, MIN_LINK
 from catalogue.search.rotating_crank import starts, straightest
 
 ARC = CircularArc(1, 1e-3, 0.8)
@@ -84,8 +84,8 @@ def test_links_and_arms_of_starts_are_in_proportion() -> None:
     z = found.linkage.points
     links = np.abs(z[:, 1] - z[:, 0]).max(1)
     arms = np.abs(z[:, :, 1] - found.point[:, None]).min(1)
-    assert np.maximum(links, arms).max() < LONGEST
-    assert min(arms.min(), np.abs(z[:, 0, 1] - z[:, 0, 0]).min()) > SHORTEST
+    assert np.maximum(links, arms).max() < MAX_LINK
+    assert min(arms.min(), np.abs(z[:, 0, 1] - z[:, 0, 0]).min()) > MIN_LINK
 
 
 def test_only_straight_paths_are_starts() -> None:

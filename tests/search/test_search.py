@@ -268,7 +268,7 @@ def test_what_came_nearest_is_led_in(small: Catalogue, monkeypatch: pytest.Monke
     lost."""
     problem = asked(StraightLine(1, 3e-5), "size", pins_only=True, min_transmission=50, max_size=2.2)
     budget = replace(BUDGET, rounds=3, leaders=4, per_kind=8, broad=0, farther=3, hops=0)
-    monkeypatch.setattr(search, "AMPLE", 1)
+    monkeypatch.setattr(search, "ENOUGH_ANSWERS", 1)
     found = []
     for leads in (False, True):
         with monkeypatch.context() as patched:

@@ -18,7 +18,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search import retrieve
-from catalogue.search.starts import READS, SearchReport, Starts
+from catalogue.search.starts import MAX_READS, SearchReport, Starts
 from catalogue.store import Database
 
 pytestmark = pytest.mark.slow
@@ -48,7 +48,7 @@ def test_no_stored_guide_is_a_start_twice(small: Catalogue) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("times", [1, READS])
+@pytest.mark.parametrize("times", [1, MAX_READS])
 def test_what_a_build_replaces_meanwhile_is_read_again(
     small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
@@ -66,7 +66,7 @@ def test_what_a_build_replaces_meanwhile_is_read_again(
 
     monkeypatch.setattr(retrieve, "_read_guides", replaced)
     with catalogue.open(path, build=False) as opened:
-        if times == READS:
+        if times == MAX_READS:
             with pytest.raises(DatabaseError, match="has changed while it was read"):
                 opened.find(LINE, refine=False, limit=5)
             return

@@ -26,7 +26,7 @@ def by(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     elif compiled.kernel() is None:
         pytest.skip("numba, of the extra `fast`, is not installed")
     else:
-        monkeypatch.setattr(compiled, "WORTH", 0)
+        monkeypatch.setattr(compiled, "MIN_POSITIONS", 0)
     return way
 
 

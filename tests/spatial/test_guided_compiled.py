@@ -35,10 +35,10 @@ pytestmark = [
 def both(monkeypatch: pytest.MonkeyPatch, run: Callable[[], Any]) -> tuple[Any, Any]:
     """Return what a call gives compiled, and by numpy."""
     with monkeypatch.context() as patch:
-        patch.setattr(compiled, "WORTH", np.inf)
+        patch.setattr(compiled, "MIN_POSITIONS", np.inf)
         plain = run()
     with monkeypatch.context() as patch:
-        patch.setattr(compiled, "WORTH", 0)
+        patch.setattr(compiled, "MIN_POSITIONS", 0)
         return run(), plain
 
 
@@ -140,7 +140,7 @@ def test_a_motion_goes_on_where_there_is_no_room_for_more_nodes(
 ) -> None:
     m, start = make("II", 40)
     path = tools.driven(m, start)[:, None] + np.linspace(0, 0.7, 60)[:, None]
-    monkeypatch.setattr(compiled, "MOST", 12)
+    monkeypatch.setattr(compiled, "MAX_NODES", 12)
     one, other = both(monkeypatch, lambda: spatial.follow(m, path, start))
     assert one.steps.max() > 10
     same(one, other)
@@ -149,7 +149,7 @@ def test_a_motion_goes_on_where_there_is_no_room_for_more_nodes(
 def test_the_edge_of_a_half_ends_the_motion(
     spatial: SimpleNamespace, golden_cases: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compiled, "WORTH", 0)
+    monkeypatch.setattr(compiled, "MIN_POSITIONS", 0)
     test_follow.test_the_half_of_a_hyperboloid_ends_at_its_waist(spatial, golden_cases)
     test_follow.test_a_driven_surface_passes_the_waist_in_its_regular_chart(spatial, golden_cases)
 
