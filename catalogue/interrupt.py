@@ -11,7 +11,7 @@ from os import _exit, write
 
 #: Exit code after Ctrl-C: 128 + SIGINT, as shells report it.
 INTERRUPTED = 130
-TOLD = "interrupted; what was finished is kept"
+MESSAGE = "interrupted; what was finished is kept"
 _CALLED = (getattr(sys, "argv", None) or [""])[0].replace("\\", "/").rpartition("/")[2]
 #: Whether this process is the command ``catalogue``, or ``python -m catalogue``.
 IS_COMMAND = _CALLED.removesuffix(".exe") == "catalogue" or (
@@ -22,7 +22,7 @@ IS_COMMAND = _CALLED.removesuffix(".exe") == "catalogue" or (
 def end(*_: object) -> None:
     """End this process at once."""
     try:
-        write(2, f"catalogue: {TOLD}\n".encode())
+        write(2, f"catalogue: {MESSAGE}\n".encode())
     finally:
         _exit(INTERRUPTED)
 
