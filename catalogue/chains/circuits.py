@@ -157,13 +157,15 @@ class ChainCircuits:
         """Number of legs, (n,)."""
         return np.rint(self.period / self.width).astype(int)
 
-    def phase_of(self, drive: Floats) -> Floats:
-        """Return the phases of drives (n,) on the leg of the given pose; NaN beyond."""
-        leg, column = (self.phase / self.width).astype(int), np.arange(len(self))
-        low, high = self.low[leg, column], self.high[leg, column]
-        beyond = (drive - low) * (high - drive) < 0
-        swung = self.width * (leg + _share(drive, low, high))
-        return np.where(self.kind == TURN, drive, np.where(beyond, np.nan, swung))
+    def phase_of(self, drive: Floats, branch: Floats) -> Floats:
+        """Return the phases of drives (n,) with those signs of the dyads (d, n); NaN beyond."""
+        phase = np.full(len(self), np.nan)
+        for leg, (low, high) in enumerate(zip(self.low, self.high, strict=True)):
+            turned = np.where(self.kind == TURN, drive, self.width * (leg + _share(drive, low, high)))
+            here = (leg < self.leg_count) & ((self.kind == TURN) | ((drive - low) * (high - drive) >= 0))
+            here &= (self.drive(turned[None])[1][:, 0] == branch).all(0)
+            phase = np.where(here & np.isnan(phase), turned, phase)
+        return phase
 
     def drive(self, s: Floats) -> tuple[Floats, Array, Floats | None]:
         """Return drive (m, n), branch and known sines (d, m, n) at phases (m, n)."""

@@ -22,7 +22,7 @@ from ..guides.results import ChainImprovement, Measured
 from ..kinematics.circuits import TURN
 from ..kinematics.types import Complexes, Floats
 from ..plugin.chain_measures import MEASURES, chain_measures, places_of
-from ..plugin.refine_mechanisms import MOVED, on_one_leg, refined
+from ..plugin.refine_mechanisms import MOVED, Legs, on_one_leg, refined
 from ..problem.constraints import Constraints
 from ..problem.path import PathRequest, path_request
 from ..series.chain_family import ChainFamily
@@ -42,6 +42,7 @@ class Moves(NamedTuple):
     scatter: float = 0.04  #: standard deviation of a coordinate of such a copy [size]
     larger: float = 1.1  #: largest size if it is not bounded [sizes before]
     stretches: int = 4  #: number of stretches of a moved mechanism that are compared
+    same: float = 1e-6  #: largest difference of equal strokes [strokes]
     gain: float = 0.01  #: least part by which an improvement lowers what is ranked
 
 
@@ -115,11 +116,11 @@ def improve_chain(
     if not any(bound.name == "size" and np.isfinite(bound.high) for bound in task.bounds):
         size = Bound("size", -np.inf, MOVES.larger * start.size, request.stroke)
         task = replace(task, bounds=[*task.bounds, size])
-    drive = task.drive(start)
-    best = None if drive is None else task.best(start, drive, effort)
+    legs = task.legs(start, 1 + MOVES.starts * effort)
+    best = None if legs is None else task.best(start, legs)
     if best is not None:
         told = ""
-    elif drive is None:
+    elif legs is None:
         told = "its drive passes a dead point on the stroke: ask for a part of it, or let another bar drive"
     else:
         told = "no way found to improve it within these bounds: relax one, or hold less"
@@ -172,8 +173,8 @@ class _Task:
 
     def before(self) -> ChainStretch:
         """Return the stretch to improve: the given one, if it has the stroke, else the best."""
-        one, request = self.one, self.request
-        if isinstance(one, ChainStretch) and (one.radius is not None) == self.curved and one.stroke == request.stroke:
+        one = self.one
+        if isinstance(one, ChainStretch) and (one.radius is not None) == self.curved and self.spans(one):
             return one
         found = self.measured(one)
         if not found:
@@ -181,30 +182,34 @@ class _Task:
         best: ChainStretch = found[0]
         return best
 
-    def drive(self, start: ChainStretch) -> Floats | None:
-        """Return the drive at both ends of a stretch, (2, 1); None over a dead point."""
+    def spans(self, one: ChainStretch) -> bool:
+        """Tell whether a stretch has the stroke of the request."""
+        return abs(one.stroke - self.request.stroke) < MOVES.same * self.request.stroke
+
+    def legs(self, start: ChainStretch, count: int) -> Legs | None:
+        """Return the path of a stretch, repeated; None over a dead point."""
         values = {one.name: np.array([0.5 * sum(one.domain[0])]) for one in self.family(start).parameters}
-        drive, legs = on_one_leg(self.family(start), values, np.array([start._window]).T)
-        return drive if len(legs) else None
+        legs, of = on_one_leg(self.family(start), values, np.array([start._window]).T)
+        return legs[np.zeros(count, int)] if len(of) else None
 
     def family(self, start: ChainStretch) -> ChainFamily:
         """Return the family of the mechanisms with moved joints, in the size of the chain."""
         places = (start.chain.z[:, 0] - centre_of(start)) / start.chain.size[0]
         return _family(start, places, [start.chain.structure.joints.index(name) for name in self.free])
 
-    def best(self, start: ChainStretch, drive: Floats, effort: int) -> ChainStretch | None:
+    def best(self, start: ChainStretch, legs: Legs) -> ChainStretch | None:
         """Return the best improvement of a stretch and of displaced copies; None without any."""
         if self.rank_by == "deviation" and self.cost(start) < EXACT_DEVIATION * start.stroke:
             return None
         size, family = float(start.chain.size[0]), self.family(start)
-        rng, count = np.random.default_rng(1), 1 + MOVES.starts * effort
+        rng = np.random.default_rng(1)
         values = {}
         for parameter in family.parameters:
             middle = 0.5 * sum(parameter.domain[0])
-            values[parameter.name] = middle + MOVES.scatter * np.concatenate([[0.0], rng.normal(size=count - 1)])
+            values[parameter.name] = middle + MOVES.scatter * np.concatenate([[0.0], rng.normal(size=len(legs) - 1)])
         goal = Goal(self.rank_by, self.bounds, partial(self.outside, centre_of(start)) if self.wanted.regions else None)
         unit = float(start.stroke) / size
-        found = refined(family, values, np.repeat(drive, count, axis=1), goal, self.request, unit)
+        found = refined(family, values, legs, goal, self.request, unit)
         moved, _ = family.placed(found.values)
         best: ChainStretch | None = None
         least = self.cost(start)

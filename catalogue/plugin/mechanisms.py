@@ -212,12 +212,12 @@ class _Made:
                 some = [parameters[i]["values"] for i in rows]
                 windows = np.array([parameters[i]["window"] for i in rows]).T
                 values = {key.name: np.array([p[key.name] for p in some]) for key in one.parameters}
-                drive, legs = on_one_leg(one, values, windows)
-                if not len(legs):
+                legs, of = on_one_leg(one, values, windows)
+                if not len(of):
                     continue
-                rows = [rows[k] for k in legs.tolist()]
-                values = {key: column[legs] for key, column in values.items()}
-                better = refined(one, values, drive, apart if one.seeds else goal, request)
+                rows = [rows[k] for k in of.tolist()]
+                values = {key: column[of] for key, column in values.items()}
+                better = refined(one, values, legs, apart if one.seeds else goal, request)
                 again = _laid_again(one, better, request.kind == "circle")
                 for i, p in zip(better.of.tolist(), again, strict=True):
                     found[rows[i]] = p
@@ -311,7 +311,8 @@ def _laid_again(one: ChainFamily, better: Refined, circle: bool) -> list[dict[st
     chain, valid = one.chains(better.values)
     found, kept = followed_circuits(chain, one.bar)
     rows = np.flatnonzero(valid)[kept]
-    low, high = np.sort([found.phase_of(end[rows]) for end in better.window], axis=0)
+    legs = better.legs[rows]
+    low, high = np.sort([found.phase_of(end, legs.branch) for end in legs.drive], axis=0)
     some = np.flatnonzero(np.isfinite(low) & (low < high))
     laid = _Laid.of(one, found[some], low[some], high[some], circle, None, np.ones(len(some)))
     for k, row in enumerate(rows[some].tolist()):

@@ -75,12 +75,15 @@ class Chains(Rows):
         Parameters, and the ends of the intervals that contain them.
     drive : ndarray, shape (n, 2)
         Drive at both ends of the path, from the reference pose.
+    branch : ndarray, shape (n, d)
+        Signs of the dyads on the path.
     """
 
     values: Floats
     low: Floats
     high: Floats
     drive: Floats
+    branch: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +239,7 @@ class ChainModel:
         low, high = chains.drive[some].T
         nodes = 0.5 + 0.5 * grid(REFINE.intervals).nodes[:, None]
         with np.errstate(all="ignore"):
-            found = poses(chain, low + (high - low) * nodes, chain.branch)
+            found = poses(chain, low + (high - low) * nodes, chains.branch[some].T)
             closed = np.flatnonzero(np.isfinite(found.at).all((0, 1)) & (found.sines > 0).all((0, 1)))
         if len(closed) < len(some):
             found = _some(found, closed)
@@ -401,18 +404,40 @@ def _some(found: Poses, index: Indices) -> Poses:
 
 
 @dataclass(frozen=True)
+class Legs:
+    """Paths of n mechanisms between two dead points.
+
+    Attributes
+    ----------
+    drive : ndarray, shape (2, n)
+        Drive at both ends, from the reference pose.
+    branch : ndarray, shape (d, n)
+        Signs of the dyads.
+    """
+
+    drive: Floats
+    branch: Floats
+
+    def __len__(self) -> int:
+        return len(self.drive.T)
+
+    def __getitem__(self, index: Indices) -> Legs:
+        return Legs(self.drive[:, index], self.branch[:, index])
+
+
+@dataclass(frozen=True)
 class Refined:
-    """Refined mechanisms (k,): parameters, drive at both ends (2, k), and their numbers."""
+    """Refined mechanisms (k,): their parameters, their paths, and their numbers."""
 
     values: dict[str, Floats]
-    window: Floats
+    legs: Legs
     of: Indices
 
 
 def refined(
     family: ChainFamily,
     values: dict[str, Floats],
-    drive: Floats,
+    legs: Legs,
     goal: Goal,
     request: PathRequest,
     stroke: float | None = None,
@@ -424,8 +449,8 @@ def refined(
     family : ChainFamily
     values : dict of str to ndarray, shape (n,)
         Parameters.
-    drive : ndarray, shape (2, n)
-        Drive at both ends of their paths, from the reference pose.
+    legs : Legs
+        Their paths.
     goal : Goal
         Bounds, regions, and what is ranked: the deviation, or one of `MOVED`.
     request : StraightLine or CircularArc
@@ -435,18 +460,19 @@ def refined(
     """
     x = np.stack([values[name] for name in values], axis=1)
     model = ChainModel(family, goal, _curvature(request), request.relative, stroke)
-    run = Refinement.started(model, model.measured(Chains(x, *_domain(family, x), drive.T)))
+    run = Refinement.started(model, model.measured(Chains(x, *_domain(family, x), legs.drive.T, legs.branch.T)))
     for _ in range(REFINE.first):
         run.step(followed=1)
     some = _unlike(model, run)[: REFINE.kept]
     run = run[some].run(REFINE.rounds)
     order = _unlike(model, run)
     best = run.best.chains[order]
-    return Refined(dict(zip(values, best.values.T, strict=True)), best.drive.T, some[order])
+    legs = Legs(best.drive.T, best.branch.T)
+    return Refined(dict(zip(values, best.values.T, strict=True)), legs, some[order])
 
 
-def on_one_leg(family: ChainFamily, values: dict[str, Floats], windows: Floats) -> tuple[Floats, Indices]:
-    """Return the drives at the ends of paths between two dead points.
+def on_one_leg(family: ChainFamily, values: dict[str, Floats], windows: Floats) -> tuple[Legs, Indices]:
+    """Return those paths that lie between two dead points.
 
     Parameters
     ----------
@@ -457,17 +483,18 @@ def on_one_leg(family: ChainFamily, values: dict[str, Floats], windows: Floats) 
 
     Returns
     -------
-    drive, of : ndarray, shape (2, k), (k,)
-        Drives, and the numbers of those mechanisms.
+    legs : Legs
+    of : ndarray, shape (k,)
+        The numbers of their mechanisms.
     """
     chain, valid = family.chains(values)
     found, closed = followed_circuits(chain, family.bar)
     some = np.flatnonzero(valid)[closed]
     windows = windows[:, some]
-    drive = np.stack([found.drive(end[None])[0][0] for end in windows])
-    back = [found.phase_of(ends) - end for ends, end in zip(drive, windows, strict=True)]
-    one_leg = np.all([np.abs(np.mod(off + 1, found.period) - 1) < REFINE.same for off in back], 0)
-    return drive[:, one_leg], some[one_leg]
+    legs = Legs(found.drive(windows)[0], found.drive(windows.mean(0)[None])[1][:, 0])
+    back = np.stack([found.phase_of(end, legs.branch) for end in legs.drive]) - windows
+    one_leg = (np.abs(np.mod(back + 1, found.period) - 1) < REFINE.same).all(0)
+    return legs[one_leg], some[one_leg]
 
 
 def _curvature(request: PathRequest) -> float | None:

@@ -132,6 +132,18 @@ def test_a_stroke_over_a_dead_point_of_the_drive_is_told() -> None:
     assert "its drive passes a dead point on the stroke" in found.explain()
 
 
+@pytest.mark.slow
+def test_a_stretch_on_the_way_back_of_the_drive_is_improved() -> None:
+    """The drive turns round between the given pose and the stretch: the pose closes in another way there."""
+    mine = mechanism({**BICYCLE, "drive": "body"})
+    last = mine.measure(stroke=60)[2]
+    found = last.improve(StraightLine(60, 2), hold="fixed-pivots")
+    assert found.before.joints == last.joints
+    assert found.before.deviation == last.deviation
+    assert found.improved is not None
+    assert found.improved.deviation < 0.5 * last.deviation
+
+
 def test_an_exact_mechanism_is_not_improved() -> None:
     found = mechanism(PEAUCELLIER).improve(StraightLine(3, 0.01))
     assert found.improved is None
