@@ -235,8 +235,8 @@ class Catalogue:
     ) -> DwellResults:
         """Search six-bar dwell mechanisms: the rocker rests while the crank turns on.
 
-        The largest transmission angle comes first; no series has more than a third of the list
-        while others have answers.
+        All pivots are refined for the transmission angle, and the largest comes first; no series
+        has more than a third of the list while others have answers.
 
         Parameters
         ----------
@@ -246,8 +246,8 @@ class Catalogue:
         effort : int
             Number of stored arcs to try per series, in units of 150.
         **constraints
-            families, series, configurations, order, pins_only and min_transmission of
-            `catalogue.Constraints`.
+            families, series, configurations, order, pins_only, min_transmission and max_size of
+            `catalogue.Constraints`; `max_size` is ten lengths of the crank by default.
 
         Returns
         -------

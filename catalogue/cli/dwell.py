@@ -52,6 +52,9 @@ SPARE = ("id", "rod", "rocker", "crank", "family", "allowance")
         angle("--residual", "DEG", "Maximum range of the rocker's angle during the dwell.", required=True),
         angle("--swing", "DEG", "Minimum swing of the rocker over a turn.", required=True),
         angle("--min-transmission", "DEG", "Minimum transmission angle over the full turn.", default=0.0),
+        length(
+            "--max-size", "L", "Maximum overall size, of all pivots and of the path over the turn; default: 10 cranks."
+        ),
         length("--crank-length", "L", "Length of the driving crank; all other lengths scale with it.", default=1.0),
         FAMILY,
         SERIES,
@@ -85,7 +88,7 @@ def dwell(
     """Find six-bar dwell mechanisms: a rocker rests while the crank turns on.
 
     A crank-driven linkage guides a point along an arc; a rod as long as its radius leads to the
-    rocker.
+    rocker. All pivots are refined for the largest transmission angle over the turn.
 
     \b
     catalogue find dwell --angle 90 --residual 0.5 --swing 30 --crank-length 40mm

@@ -21,9 +21,6 @@ from .metrics import min_transmission_turn
 from .minimum_zone import grid
 from .slides import slide_ends, slide_runs
 
-#: Offsets of the band in which a rocker stands still, relative to its angle in the reference
-#: position [half bands].
-OFFSETS = np.linspace(-1, 1, 21)
 #: Number of intervals between the Chebyshev points of the turn at which slides are sampled.
 NODES = 96
 
@@ -186,18 +183,27 @@ def joint_places(path: Complexes, point: Complexes, joint: Complexes, pivot: Com
 
 
 def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats, Floats]:
-    """Find the longest dwell within a band: its length, its start and the range [deg]."""
+    """Find the longest dwell of angles (f, k): its length, its start and its range [deg].
+
+    It contains the reference position.  Two pointers move outwards from there and back, as ranges
+    grow with either end.
+    """
     count, middle = len(angle), len(angle) // 2
     step = 360.0 / count
     best, begin, held = (np.full(angle.shape[1:], value) for value in (-1.0, np.nan, np.nan))
-    for offset in OFFSETS:
-        inside = np.abs(angle - 0.5 * residual * offset) <= 0.5 * residual
-        after = np.logical_and.accumulate(inside[middle:], axis=0)
-        before = np.logical_and.accumulate(inside[:middle][::-1], axis=0)
-        run = (after.sum(0) + before.sum(0) - 1) * step
-        kept = np.concatenate([before[::-1], after])
-        spread = np.where(kept, angle, -np.inf).max(0) - np.where(kept, angle, np.inf).min(0)
-        better = run > best
-        begin = np.where(better, (0.5 - before.sum(0)) * step, begin)
-        best, held = np.where(better, run, best), np.where(better, spread, held)
+    before, after = angle[:middle][::-1], angle[middle:]
+    top, low = ([of.accumulate(part, axis=0) for part in (before, after)] for of in (np.maximum, np.minimum))
+    back, ahead = np.zeros(angle.shape[1], int), np.full(angle.shape[1], count - middle - 1)
+    left = np.arange(angle.shape[1])
+    while len(left):
+        i, j = back[left], ahead[left]
+        spread = np.maximum(top[0][i, left], top[1][j, left]) - np.minimum(low[0][i, left], low[1][j, left])
+        inside = spread <= residual
+        run = np.where(inside, (i + j + 1) * step, -1.0)
+        better = run > best[left]
+        some = left[better]
+        best[some], begin[some], held[some] = run[better], (-0.5 - i[better]) * step, spread[better]
+        back[left] += inside
+        ahead[left] -= ~inside
+        left = left[(back[left] < middle) & (ahead[left] >= 0)]
     return np.maximum(best, 0.0), begin, held

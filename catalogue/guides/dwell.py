@@ -72,7 +72,7 @@ class StandStill:
 class DwellCandidate(PlacedGuide):
     """A six-bar dwell mechanism in a position of its dwell; positions are [x, y]."""
 
-    id: int  #: number of the stored guide it comes from; the next fields are of that guide, too
+    id: int  #: number of the stored guide it was refined from; the next fields are of that guide, too
     family: str
     series: str
     configuration: str

@@ -29,6 +29,7 @@ class DwellArguments(TypedDict, total=False):
     order: int
     pins_only: bool
     min_transmission: float
+    max_size: float | None
 
 
 class ConstraintArguments(BoundArguments, DwellArguments, total=False):
