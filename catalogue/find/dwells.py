@@ -41,7 +41,9 @@ class DwellSearch(NamedTuple):
     share: int = 150  #: stored guides to trace per series and unit of effort
     tried: int = 6  #: dyads to refine per answer
     more: int = 60  #: largest number of dyads to refine beyond that of answers
-    rounds: int = 16  #: rounds of refinement
+    first: int = 4  #: rounds of refinement of all of them
+    kept: int = 2  #: dyads to refine further, per answer
+    rounds: int = 12  #: further rounds
     coarse: int = 60  #: positions per turn to try dyads: every 6 degrees
     fine: int = 2880  #: positions per turn to measure the selected ones: every eighth of a degree
     degrees: int = 360  #: points of the path over the turn for the size
@@ -49,7 +51,8 @@ class DwellSearch(NamedTuple):
     nearly: float = 0.7  #: fraction of the requested swing and dwell from which a dyad is refined
     deficit: float = 90.0  #: loss of merit of a dyad without any swing or dwell [deg]
     largest: float = 10.0  #: largest size, if none is given [cranks]
-    larger: float = 20.0  #: loss of merit per e-fold by which a dwell is too large [deg]
+    compact: float = 0.5  #: fraction of the largest size up to which a dyad loses no merit
+    larger: float = 20.0  #: loss of merit per e-fold beyond it [deg]
     alike: float = 0.02  #: largest difference of lengths of answers that are alike [cranks]
 
 
@@ -166,15 +169,16 @@ def _found(arcs: Arcs | None, request: StandStill, constraints: Constraints, lim
     rows = {name: values[order] for name, values in rows.items()}
     guides = guides[order]
     start = DwellLinkages(guides.linkage, guides.point, rows["joint"], pivots[order], driver[order])
-    found = _refined(start, request, size)
+    found, kept = _refined(start, request, size, SEARCH.kept * limit)
+    rows = {name: values[kept] for name, values in rows.items()}
     path, input_ = turned(coupler_curve(found.linkage, found.point), found.driver, SEARCH.fine)
     final = dwells(path, found.joint, found.pivot[:, None], request.residual)[:, 0]
     least = _transmission(final, input_, request)
-    every = [_dwelling(rows, found, path, final, least, i) for i in range(len(order))]
+    every = [_dwelling(rows, found, path, final, least, i) for i in range(len(kept))]
     good = (least >= max(constraints.min_transmission, 1e-9)) & (np.array([one.size for one in every]) <= size)
-    order = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
-    chosen = _few_of_each(_unlike(found, order), rows["series"], limit)
-    told = f"{count} arcs were tried, {len(every)} dwells refined over the full turn, {good.sum()} serve"
+    best = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
+    chosen = _few_of_each(_unlike(found, best), rows["series"], limit)
+    told = f"{count} arcs were tried, {len(order)} dwells refined over the full turn, {good.sum()} serve"
     if not len(chosen):
         told = f"no dwell found: of {count} arcs the longest dwell is {np.nanmax(final.angle):.4g} degrees"
     return DwellResults([every[i] for i in chosen], told)
@@ -185,8 +189,11 @@ def _largest(request: StandStill, constraints: Constraints) -> float:
     return SEARCH.largest if constraints.max_size is None else constraints.max_size / request.crank
 
 
-def _refined(start: DwellLinkages, request: StandStill, size: float) -> DwellLinkages:
-    """Refine dwells for their transmission angle within the request and a size [cranks]."""
+def _refined(start: DwellLinkages, request: StandStill, size: float, kept: int) -> tuple[DwellLinkages, Indices]:
+    """Refine dwells for their transmission angle within the request and a size [cranks].
+
+    Return the best of them, and their numbers.
+    """
     inside = 1 - DWELL.inside
     angle = request.angle + 2 * 360 / SEARCH.fine  # a dwell is measured in whole steps
     model = DwellModel(
@@ -195,8 +202,9 @@ def _refined(start: DwellLinkages, request: StandStill, size: float) -> DwellLin
         math.radians(request.swing / inside),
         size * inside,
     )
-    run = Refinement.started(model, model.measured(start))
-    return run.run(SEARCH.rounds).best.dwell
+    run = Refinement.started(model, model.measured(start)).run(SEARCH.first)
+    some = np.argsort(run.merit, kind="stable")[:kept]
+    return run[some].run(SEARCH.rounds).best.dwell, some
 
 
 def _unlike(found: DwellLinkages, order: Indices) -> Indices:
@@ -284,7 +292,7 @@ def _tried(
             value = np.where(found.angle >= SEARCH.nearly * request.angle, value, -np.inf)
         crank = np.abs(np.diff(guides[part].linkage.points[np.arange(len(rod)), driver[part] - 1]))
         far = np.abs(path.T[:, None] - tries[..., None]).max(-1)
-        value -= SEARCH.larger * np.maximum(np.log(far / (crank * size)), 0)
+        value -= SEARCH.larger * np.maximum(np.log(far / (SEARCH.compact * crank * size)), 0)
         first = np.argmax(value, axis=1)
         chosen = np.arange(len(first)), first
         pivots[part], best[part] = tries[chosen], value[chosen]
