@@ -41,7 +41,7 @@ class DwellSearch(NamedTuple):
     share: int = 150  #: stored guides to trace per series and unit of effort
     tried: int = 6  #: dyads to refine per answer
     more: int = 60  #: largest number of dyads to refine beyond that of answers
-    first: int = 4  #: rounds of refinement of all of them
+    first: int = 8  #: rounds of refinement of all of them
     kept: int = 2  #: dyads to refine further, per answer
     rounds: int = 12  #: further rounds
     coarse: int = 60  #: positions per turn to try dyads: every 6 degrees
@@ -51,8 +51,7 @@ class DwellSearch(NamedTuple):
     nearly: float = 0.7  #: fraction of the requested swing and dwell from which a dyad is refined
     deficit: float = 90.0  #: loss of merit of a dyad without any swing or dwell [deg]
     largest: float = 10.0  #: largest size, if none is given [cranks]
-    compact: float = 0.5  #: fraction of the largest size up to which a dyad loses no merit
-    larger: float = 20.0  #: loss of merit per e-fold beyond it [deg]
+    larger: float = 20.0  #: loss of merit per e-fold beyond the largest size [deg]
     alike: float = 0.02  #: largest difference of lengths of answers that are alike [cranks]
 
 
@@ -180,7 +179,7 @@ def _found(arcs: Arcs | None, request: StandStill, constraints: Constraints, lim
     chosen = _few_of_each(_unlike(found, best), rows["series"], limit)
     told = f"{count} arcs were tried, {len(order)} dwells refined over the full turn, {good.sum()} serve"
     if not len(chosen):
-        told = f"no dwell found: of {count} arcs the longest dwell is {np.nanmax(final.angle):.4g} degrees"
+        told = f"no dwell found: of {count} arcs the longest dwell is {np.nan_to_num(final.angle).max():.4g} degrees"
     return DwellResults([every[i] for i in chosen], told)
 
 
@@ -292,7 +291,7 @@ def _tried(
             value = np.where(found.angle >= SEARCH.nearly * request.angle, value, -np.inf)
         crank = np.abs(np.diff(guides[part].linkage.points[np.arange(len(rod)), driver[part] - 1]))
         far = np.abs(path.T[:, None] - tries[..., None]).max(-1)
-        value -= SEARCH.larger * np.maximum(np.log(far / (SEARCH.compact * crank * size)), 0)
+        value -= SEARCH.larger * np.maximum(np.log(far / (crank * size)), 0)
         first = np.argmax(value, axis=1)
         chosen = np.arange(len(first)), first
         pivots[part], best[part] = tries[chosen], value[chosen]

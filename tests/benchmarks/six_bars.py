@@ -57,13 +57,13 @@ def compare_dwells(cat: Catalogue) -> None:
     spent = [0.0, 0.0]
     for dwell in DWELLS:
         row = [f"{dwell[0]:g} / {dwell[1]:g} / {dwell[2]:g}"]
-        for rounds, sizes in ((0, (1e6, *SIZES)), (refining.rounds, SIZES)):
-            dwells.SEARCH = refining._replace(rounds=rounds)
+        for refined, sizes in ((False, (1e6, *SIZES)), (True, SIZES)):
+            dwells.SEARCH = refining if refined else refining._replace(first=0, rounds=0)
             begin = time.process_time()
             for size in sizes:
                 found = cat.find_dwells(StandStill(*dwell), max_size=size)
                 row += [f"{found[0].min_transmission:.1f}", f"{found[0].size:.1f}"] if found else ["none", ""]
-            spent[rounds > 0] += (time.process_time() - begin) / len(sizes)
+            spent[refined] += (time.process_time() - begin) / len(sizes)
         rows.append(row)
         print(row, flush=True)
     kinds = ["dyad", *(f"dyad ≤ {size}" for size in SIZES), *(f"refined ≤ {size}" for size in SIZES)]
