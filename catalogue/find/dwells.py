@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -52,7 +52,10 @@ class DwellSearch(NamedTuple):
     deficit: float = 90.0  #: loss of merit of a dyad without any swing or dwell [deg]
     largest: float = 10.0  #: largest size, if none is given [cranks]
     larger: float = 20.0  #: loss of merit per e-fold beyond the largest size [deg]
-    alike: float = 0.02  #: largest difference of lengths of answers that are alike [cranks]
+    #: Fraction of the requested residual that refined dwells use, where they can: the rest is left
+    #: to manufacturing tolerances.
+    used: float = 0.85
+    alike: float = 0.15  #: largest difference of lengths of answers that are alike [cranks]
 
 
 SEARCH = DwellSearch()
@@ -168,7 +171,7 @@ def _found(arcs: Arcs | None, request: StandStill, constraints: Constraints, lim
     rows = {name: values[order] for name, values in rows.items()}
     guides = guides[order]
     start = DwellLinkages(guides.linkage, guides.point, rows["joint"], pivots[order], driver[order])
-    found, kept = _refined(start, request, size, SEARCH.kept * limit)
+    found, kept = _refined(start, request, size, lambda order: _few_of_each(order, rows["series"], SEARCH.kept * limit))
     rows = {name: values[kept] for name, values in rows.items()}
     path, input_ = turned(coupler_curve(found.linkage, found.point), found.driver, SEARCH.fine)
     final = dwells(path, found.joint, found.pivot[:, None], request.residual)[:, 0]
@@ -188,21 +191,24 @@ def _largest(request: StandStill, constraints: Constraints) -> float:
     return SEARCH.largest if constraints.max_size is None else constraints.max_size / request.crank
 
 
-def _refined(start: DwellLinkages, request: StandStill, size: float, kept: int) -> tuple[DwellLinkages, Indices]:
+def _refined(
+    start: DwellLinkages, request: StandStill, size: float, kept: Callable[[Indices], Indices]
+) -> tuple[DwellLinkages, Indices]:
     """Refine dwells for their transmission angle within the request and a size [cranks].
 
-    Return the best of them, and their numbers.
+    `kept` selects those to refine to the end, of all in the order of their merit. Return them, and
+    their numbers.
     """
     inside = 1 - DWELL.inside
     angle = request.angle + 2 * 360 / SEARCH.fine  # a dwell is measured in whole steps
     model = DwellModel(
         math.radians(angle),
-        math.radians(inside * request.residual),
+        math.radians(SEARCH.used * request.residual),
         math.radians(request.swing / inside),
         size * inside,
     )
     run = Refinement.started(model, model.measured(start)).run(SEARCH.first)
-    some = np.argsort(run.merit, kind="stable")[:kept]
+    some = kept(np.argsort(run.merit, kind="stable"))
     return run[some].run(SEARCH.rounds).best.dwell, some
 
 
