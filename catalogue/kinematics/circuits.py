@@ -29,7 +29,7 @@ from .motion import Pose
 from .plane_vectors import cross, dot
 from .types import Array, Floats, Indices, Integers, Mask
 
-#: Angle from infinity up to which a leading coupler is followed [rad].
+#: Angle of a leading coupler before infinity at which its circuit ends [rad].
 NEAR_INFINITY = 0.03
 TURN, SWING, OPEN = range(3)
 COUPLER = 2
@@ -93,7 +93,7 @@ class Circuits(Columns):
 
     @property
     def is_immobile(self) -> Mask:
-        """Whether the chain just closes, in one position only, (k,)."""
+        """Whether the chain closes in one position only, (k,)."""
         return np.asarray(self.closure.stuck & (self.lead != COUPLER))
 
     @property
@@ -173,7 +173,7 @@ def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
     of = every[rows]
     phi, side = of.angle, np.where(of.side < 0, -1.0, 1.0)
     dead, change = of.dead.sum(0), of.change.sum(0)
-    # beyond change points the sign of the root differs from the side on which the dyad is closed
+    # beyond a change point the root has the sign opposite to `side`
     passed = np.where(of.change[0] & (np.cos(0.5 * phi) < 0), -1.0, 1.0)
     found: list[tuple[Array, ...]] = []
 
@@ -192,14 +192,14 @@ def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
     root = np.where(of.change[0] & (np.cos(0.5 * away) < 0) | of.change[1] & (np.sin(0.5 * away) < 0), -side, side)
     add(dead == 1, SWING, centre, half, one, 1, _swinging(away, centre, half, root))
     centre, half = 0.5 * of.at.sum(0), 0.5 * (of.at[0] - of.at[1])
-    for sign in (1.0, -1.0):  # the angles of the other circuit are mirrored in the axis
+    for sign in (1.0, -1.0):  # the two circuits mirror each other in the axis
         there = np.where(sign * phi > 0, _swinging(np.abs(phi), centre, half, side), nan)
         add(dead == 2, SWING, sign * centre, sign * half, one, 1, there)
     return tuple(np.concatenate(values) for values in zip(*found, strict=True))
 
 
 def _swinging(phi: Floats, centre: Floats, half: Floats, side: Floats) -> Floats:
-    """Compute the phases of angles on a swing: forth for a positive root, else back."""
+    """Compute the phases of swinging cranks: forth where the root is positive, else back."""
     with np.errstate(all="ignore"):
         low, high = np.maximum(phi - centre + half, 0), np.maximum(centre + half - phi, 0)
         return np.asarray(side * 2 * np.arctan2(np.sqrt(low), np.sqrt(high)))
@@ -236,7 +236,7 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
 
 
 def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
-    """Find the circuits led by the coupler; return columns as `_crank_circuits` does."""
+    """Find the circuits led by the coupler, as columns like those of `_crank_circuits`."""
     kind = linkage.dyads[rows]
     block = (kind == RP).sum(1) == 1
     none, one = np.zeros(len(rows)), np.ones(len(rows))

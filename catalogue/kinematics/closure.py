@@ -58,8 +58,8 @@ class Closure(Columns):
     q_down: Floats  # 1 - q
     dead: Mask  # whether the crank reaches a dead point
     change: Mask  # whether the crank reaches a change point
-    stuck: Mask  # whether the chain just closes, in one position of the crank
-    at: Floats  # angles of these points from the axis [rad]
+    stuck: Mask  # whether the chain closes in one position of the crank only
+    at: Floats  # angles of dead and change points from the axis [rad]
     side: Floats  # number with the sign of the root in the given position
 
     @classmethod
@@ -86,13 +86,13 @@ class Closure(Columns):
             bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar))
             bounds = bounds / np.where(slider, 1.0, 2 * r * f)
             bounds[:2, slide] = [[-1.0], [1.0]]
-            # shortfall of links for a full turn, at its far and its near end
+            # length missing for a full turn, with the crank pin at its farthest and at its nearest
             crank_excess = [far - l - c, np.abs(l - c) - near]
             excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near], crank_excess))
             nearly = CHANGE * np.maximum(
                 np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
             )
-            # spare length of links for any closure, at the far and the near end
+            # spare length to close anywhere, with the crank pin at its nearest and at its farthest
             crank_spare = [l + c - near, far - np.abs(l - c)]
             spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high], crank_spare))
             change, dead = np.abs(excess) <= nearly, excess > nearly
@@ -182,5 +182,5 @@ class Swing(NamedTuple):
 
 
 def columns(some: Mask) -> Indices | slice:
-    """Return the index of the columns of a mask; a slice if it is all of them."""
+    """Return the indices of the True entries of a mask; a slice if all are True."""
     return slice(None) if some.all() else np.flatnonzero(some)

@@ -39,11 +39,11 @@ def left_handed(circuits: Circuits, point: Complexes) -> Mask:
 
 
 def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
-    """Compute the order in which coupler curves (k,) are followed, equal for mirror images.
+    """Choose start and direction along coupler curves (k,), alike for mirror images.
 
-    At s a curve is at the phase offset + sense * s of its circuit. Right-handed ones run forward
-    from 0, left-handed ones backward; a crank that swings to either side of its axis begins at its
-    other dead point instead.
+    The parameter s of a curve is the phase offset + sense * s of its circuit. Right-handed curves
+    run forward from phase 0, left-handed ones backward from the period. The left-handed curve of a
+    crank that swings to either side of its axis runs forward from its other dead point, at pi.
 
     Returns
     -------
@@ -57,12 +57,12 @@ def followed(circuits: Carriers, point: Complexes) -> tuple[Floats, Floats]:
 
 
 def _is_about_axis(circuits: Circuits) -> Mask:
-    """Tell which cranks swing to either side of their axis, on a single circuit."""
+    """Tell which cranks swing about their axis, with both sides on one circuit."""
     return np.asarray((circuits.kind == SWING) & ((circuits.centre == 0) | (circuits.centre == np.pi)))
 
 
 def _coupler_handedness(circuits: Circuits, point: Complexes) -> Floats:
-    """Compute a number (k,) for the point in the coupler that a mirror negates; 0 if symmetric."""
+    """Compute the signed handedness of couplers with their points, (k,); 0 if symmetric."""
     linkage = circuits.linkage
     z, finite = linkage.points, linkage.finite[..., 1]
     both, none = finite.all(1), ~finite.any(1)

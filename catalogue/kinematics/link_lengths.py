@@ -138,7 +138,7 @@ def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple
 
 
 def in_coupler(linkage: Linkage, place: Complexes) -> Complexes:
-    """Compute the positions of coupler points `place`, along + i across, shape (n,)."""
+    """Convert coupler coordinates, along + i across, to positions, shape (n,)."""
     z, dyads = linkage.points, linkage.dyads
     place = np.broadcast_to(place, len(linkage))
     point = np.empty(len(linkage), complex)

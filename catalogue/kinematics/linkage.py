@@ -52,7 +52,7 @@ class Extent(NamedTuple):
     """Limits of sizes in double precision."""
 
     coincident: float = 1e-12  #: distance up to which two pivots coincide [sizes of the linkage]
-    #: Part of the distance from the origin that replaces a smaller size in `coincident`.
+    #: Least unit of `coincident`, for linkages far from the origin [distance from the origin].
     rounding: float = 1e-3
     smallest: float = 1e-152  #: smallest size [length]: its square is still a normal double
     largest: float = 1e152  #: largest coordinate of a pivot [length]: its square is still a double
@@ -191,7 +191,7 @@ class Linkage:
     def rays(self) -> Complexes:
         """Unit vector of each dyad's ray, complex, shape (n, 2): along the crank, else the normal.
 
-        NaN where rounding has closed a pose with coincident pivots of a crank.
+        NaN where the pivots of a crank coincide by rounding.
         """
         z, kind = self.points, self.dyads
         crank = z[..., 1] - z[..., 0]
@@ -255,7 +255,7 @@ def _read(pivots: npt.ArrayLike) -> Floats:
     try:
         given = doubles(pivots)
     except ValueError:
-        try:  # some pivots at infinity have w, the others have none
+        try:  # only pivots at infinity are given with w
             given = doubles(_complete(pivots))
         except ValueError:
             raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {SHAPE}") from None

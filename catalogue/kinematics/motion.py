@@ -77,9 +77,10 @@ def coupler_chart(z: Complexes, w: Floats) -> tuple[Floats, ...]:
 
 
 def crank_chart(z: Complexes, w: Floats, kind: Integers) -> tuple[Floats, ...]:
-    """Set up the forms of a crank chart, y = x: unit circle of 1 + x, line from dyad 2.
+    """Compute the equations of the crank chart, with the rotation x of the coupler as unknown.
 
-    The origin is the moving pivot of the crank. Return values are those of `coupler_chart`.
+    The circle is |1 + x| = 1; dyad 2 gives the line. The origin is the moving pivot of the crank.
+    Return values are those of `coupler_chart`.
     """
     lever = z[:, 0, 1] - z[:, 0, 0]
     a, am, w0, w1 = z[:, 1, 0], z[:, 1, 1], w[:, 1, 0], w[:, 1, 1]
@@ -191,12 +192,15 @@ def divided_constant(forms: Floats) -> Floats:
 
 
 def crossing(forms: Floats, circle: Floats, branch: Floats) -> Floats:
-    """Return q at t = 0 of linkages at a change point, shape (n,)."""
+    """Return the root q at t = 0 of linkages at a change point, shape (n,).
+
+    y = (q (B_Y - i B_X) - H (B_X + i B_Y)) / N.
+    """
     return root_of(forms[H, 0], forms[K, 0], divided_constant(forms)[0], circle, branch)
 
 
 def root_of(h: Floats, k: Floats, divided: Floats, circle: Floats, branch: Floats) -> Floats:
-    """Compute q of linkages at a change point, with the common powers of t divided out."""
+    """Compute the root q of linkages at a change point, without the common powers of t."""
     mixed = circle * h * h + divided
     with np.errstate(all="ignore"):
         root = branch * np.sqrt(np.where(circle > 0, k * k - mixed, k * k))
@@ -312,7 +316,7 @@ class Motion(Columns):
         return Pose(np.where(crank, self.lever * xi, y), np.where(crank, y, xi), self.origin)
 
     def _path(self, linear: Complexes, factor: Complexes) -> Path:
-        """Return  linear xi + factor y  as a path."""
+        """Return the path of displacements  linear xi + factor y."""
         turned = factor * self.unit * (self.forms[B_X] + 1j * self.forms[B_Y])
         extra = np.stack([2j * linear, -2 * linear, 0 * linear])
         rows = np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]])
@@ -343,7 +347,7 @@ class Motion(Columns):
 
 @dataclass(frozen=True)
 class Path(Columns):
-    """Paths of one coupler point per linkage, as displacements in its axes.
+    """Paths of one coupler point per linkage, as displacements (u, v) along given axes.
 
     NaN beyond a turning point of the chart.
     """

@@ -24,8 +24,8 @@ class Sampling(NamedTuple):
 
     #: number of first samples: several for each wave of a coupler curve, which has degree six
     even: int = 49
-    #: Largest error between two samples [scale]: positions along the path that are interpolated in
-    #: it then have an error of one per cent.
+    #: Largest error between two samples [scale]: positions along the path, interpolated in the
+    #: table, then have an error of one per cent.
     table_error: float = 2e-3
     #: Largest step between samples [scale]: a link that turns once is seen in 60 positions.
     table_step: float = 0.1
@@ -83,7 +83,7 @@ Test = Callable[[Complexes, Complexes, Complexes], Floats]
 
 @dataclass(frozen=True)
 class Samples:
-    """Values of a curve between two parameters, resolved.
+    """Samples of a curve between two parameters, dense enough for interpolation.
 
     Attributes
     ----------
@@ -130,14 +130,14 @@ class Samples:
         return np.asarray(np.interp(at, run, way) / max(way[0], way[-1]))
 
     def linked(self, share: Floats, error: float) -> Floats:
-        """Add shares to shares (n,) of `way` until values vary linearly between them.
+        """Refine shares (n,) of `way` until values vary linearly between them.
 
         Parameters
         ----------
         share : ndarray, shape (n,)
         error : float
-            Largest distance of a value from the mean of its neighbours, half way between them
-            [scale].
+            Largest distance of a value half way between two shares from the mean of the values at
+            these [scale].
 
         Returns
         -------
@@ -155,9 +155,9 @@ class Samples:
         Parameters
         ----------
         columns : list of int
-            Values that the polyline follows.
+            Columns of the values that the polyline follows.
         error : float
-            Largest distance from it [scale].
+            Largest distance of the curve from the polyline [scale].
 
         Returns
         -------
@@ -189,7 +189,7 @@ def resolved(curve: Curve, low: float, high: float, fixed: Floats, least: float)
     fixed : ndarray, shape (k,)
         Scale of each value; NaN selects its extent, the larger of width and height.
     least : float
-        Least scale from an extent [length].
+        Lower bound of a scale that is an extent [length].
     """
     first = np.linspace(low, high, SAMPLING.even)
     lines = IN_LINE * np.arange(np.ceil(min(low, high) / IN_LINE - 1), np.floor(max(low, high) / IN_LINE + 1) + 1)
@@ -263,7 +263,7 @@ def lowest(function: Callable[[Floats], Floats], at: Floats, values: Floats) -> 
 
 
 def within(curve: Curve, at: Floats) -> Complexes:
-    """Evaluate a curve at `INNER` of each interval between parameters (m,).
+    """Evaluate a curve at the places `INNER` of each interval between parameters (m,).
 
     Returns
     -------

@@ -33,7 +33,7 @@ def place_points(samples: Samples, column: int, error: float = SPLINE.error) -> 
     column : int
         Column of the value that the spline follows.
     error : float
-        Largest distance from it [scale].
+        Largest distance of the value from the spline [scale].
 
     Returns
     -------

@@ -15,7 +15,7 @@ Floats = npt.NDArray[np.float64]
 #: Points and vectors of the plane, x + iy; in extended precision if the real numbers are.
 Complexes = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
-#: Numbers of rows, as returned by `numpy.flatnonzero`.
+#: Indices of rows, as `numpy.flatnonzero` returns them.
 Indices = npt.NDArray[np.intp]
 #: Other whole numbers: orders, kinds of dyads, charts, counts.
 Integers = npt.NDArray[np.intp]
