@@ -136,7 +136,7 @@ def columns_of(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Any]]:
         listed = [isinstance(value, (list, Mapping)) for value in values]
         if any(listed):
             cells = [_cell(name, value) if many else value for value, many in zip(values, listed, strict=True)]
-            if name == "rank_by":  # a front has a column of its own
+            if name == "rank_by":  # the criteria of a Pareto front have their own column
                 found["pareto"] = [cell if many else math.nan for cell, many in zip(cells, listed, strict=True)]
                 cells = [math.nan if many else cell for cell, many in zip(cells, listed, strict=True)]
             values = cells

@@ -79,7 +79,7 @@ class Order:
                 below = np.flatnonzero((points[:place] <= point).all(1))
                 left, chosen = below, []
                 while len(left):
-                    last = left[-1]  # the largest sum of ranks: no request lies between
+                    last = left[-1]  # with the largest sum of ranks: no request lies between
                     chosen.append(last)
                     left = left[~(points[left] <= points[last]).all(1)]
                 near = np.array(chosen, int)

@@ -194,7 +194,7 @@ class StraightLine(_Placed):
 
 
 def angle_over(stroke: float, radius: float) -> float:
-    """Compute the angle of an arc up to a half circle [deg]."""
+    """Compute the angle of an arc from chord and radius, at most a half circle [deg]."""
     return math.degrees(2 * math.asin(min(0.5 * stroke / radius, 1.0)))
 
 

@@ -246,7 +246,7 @@ class Request:
 PATH_FIELDS = ("stroke", "deviation", "radius", "angle", "start", "along", "unit")
 #: Defaults of the fields of a request that are not constraints.
 DEFAULTS = {one.name: one.default for one in fields(Request) if one.name not in ("path", "constraints")}
-#: Names of these fields.
+#: Names of the fields of a request that are not constraints.
 OWN = (*DEFAULTS,)
 
 
@@ -256,7 +256,7 @@ def is_default(name: str, value: object) -> bool:
 
 
 def _is_pairs(given: object) -> bool:
-    """Tell whether desires have the form in which a request keeps them."""
+    """Tell whether desires are a tuple of pairs, as a request keeps them."""
     return isinstance(given, tuple) and all(isinstance(one, tuple) and len(one) == 2 for one in given)
 
 

@@ -72,8 +72,8 @@ DESIRES: Mapping[str, Desire] = {row.criterion: Desire(*row.desire) for row in D
 RISING = frozenset(row.criterion for row in RANKED if not row.is_upper)
 #: Measures with an upper limit of 1.
 TO_ONE = frozenset(row.criterion for row in RANKED if row.limit is not None and not row.is_upper)
-#: Costs that hardly any guide undercuts: a score of 95; a hundredth above the limit of a measure,
-#: as no guide is smaller than its stroke.
+#: Costs below which hardly any guide falls: that of a score of 95, else a hundredth above the least
+#: possible cost of a measure; a size, for example, is never below the stroke.
 GOOD = {"score": 0.05, "balance": 0.05} | {
     row.criterion: (row.limit if row.is_upper else 0.0) + 0.01 for row in RANKED if row.limit is not None
 }

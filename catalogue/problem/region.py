@@ -20,7 +20,7 @@ FAR = 1e7
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A polygon, convex or concave, with corners of shape (k, 2); equal by its corners."""
+    """A polygon, convex or concave, with corners (k, 2); regions with equal corners are equal."""
 
     corners: Floats
     box: tuple[float, float, float, float]
@@ -103,7 +103,7 @@ class Region:
         return bool((turn >= 0).all() or (turn <= 0).all())
 
     def outside(self, z: Complexes) -> Floats:
-        """Compute signed distances of complex points z, any shape: negative inside."""
+        """Compute signed distances of complex points z, any shape, negative inside."""
         if self.is_box:
             x0, y0, x1, y1 = self.box
             x, y = np.maximum(x0 - z.real, z.real - x1), np.maximum(y0 - z.imag, z.imag - y1)
@@ -120,7 +120,7 @@ class Region:
         return np.asarray(np.where(self.holds(z), -distance, distance))
 
     def holds(self, z: Complexes) -> Mask:
-        """Tell which complex points z, any shape, lie in the closed box."""
+        """Tell which complex points z, any shape, lie inside, or on the edge of a box."""
         x, y = z.real, z.imag
         if self.is_box:
             x0, y0, x1, y1 = self.box
