@@ -1,4 +1,4 @@
-"""Placed guides of any origin: what they are, their motion, and the results that hold them.
+"""Placed guides of any origin, their motion, and lists of results.
 
-What rooms above do with a guide (draw, export, measure, improve, keep it) is named in `verbs`.
+`verbs` names the functions of rooms above that draw, export, measure, improve or keep a guide.
 """

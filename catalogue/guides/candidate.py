@@ -52,7 +52,7 @@ class _Origin:
 
 @dataclass(frozen=True, init=False, repr=False, eq=False)
 class _Places:
-    """Fields of `Candidate` between its size and what it may lack: the linkage."""
+    """Fields of `Candidate` after its size and before the optional ones: the linkage."""
 
     rotates: list[int]
     pivots: list[list[list[float]]]

@@ -178,6 +178,6 @@ class ChainStretch(OwnChain):
 
     @property
     def drawn(self) -> tuple[float, float, float]:
-        """Phases at the start of the path to draw, of the pose, and at the end."""
+        """Phases of the path to draw: at its start, at its middle, and at its end."""
         low, high = self._window
         return low, 0.5 * (low + high), high

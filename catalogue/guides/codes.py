@@ -43,7 +43,7 @@ LETTERS = "abcdefghjkmnpqrstvwxyz"
 DIGITS = "0123456789"
 #: Application id in the SQLite header of a file of answers ("mcan"), to refuse other databases.
 APPLICATION_ID = 0x6D63616E
-#: Format marker of a file of answers to carry elsewhere.
+#: Format marker of a file of answers that `save` writes.
 FORMAT = "mechanism-catalogue answers"
 #: Columns of the only table of a file of answers, to recognise files older than the application id.
 _COLUMNS = ["number", "code", "record"]
@@ -55,8 +55,8 @@ def record(one: Any) -> dict[str, Any]:
         held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
     else:
         held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
-    # answers of older versions, without a unit and with arcs below a half circle only, keep their
-    # codes
+    # older versions had no units, and no arcs beyond a half circle: records without these fields
+    # keep their codes
     if held["unit"] is None:
         del held["unit"]
     if held.get("arc_angle", 0.0) is None:
@@ -65,7 +65,7 @@ def record(one: Any) -> dict[str, Any]:
 
 
 def text_of(held: dict[str, Any]) -> str:
-    """Format a record as the text that its code digests."""
+    """Format a record as text, whose digest gives its code."""
     return json.dumps(held, sort_keys=True, allow_nan=False)
 
 
@@ -211,7 +211,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
                 _make_private(path)
                 _create_table(file)
             yield file
-    except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # the last from damaged table names
+    except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # a damaged table name raises a UnicodeDecodeError
         done = "written" if write else "read"
         raise InvalidRequest(f"the file of answers {path} cannot be {done} ({error}): {_remedy_for(error)}") from None
 
@@ -219,7 +219,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
 def _remedy_for(error: Exception) -> str:
     """Return the remedy for an error of the file of answers."""
     other = "name another with CATALOGUE_ANSWERS"
-    if getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY:  # the low byte is the kind
+    if getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY:  # the low byte is the kind of failure
         return "try again when the other process has finished"
     return other if isinstance(error, OSError | sqlite3.OperationalError) else f"it is damaged: remove it, or {other}"
 
@@ -237,7 +237,7 @@ def _is_of_answers(file: sqlite3.Connection) -> bool:
 def _make_private(path: Path) -> None:
     """Make the user's file of answers private, with its log and its index.
 
-    Earlier versions left them as the umask said.
+    Earlier versions created them with the permissions that the umask left.
     """
     for part in (path, *(path.with_name(path.name + suffix) for suffix in ("-wal", "-shm"))):
         with suppress(OSError):

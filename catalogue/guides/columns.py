@@ -40,7 +40,7 @@ def _column(name: str, unit: str, meaning: str, title: str = "", *, right: bool 
 
 
 def _measured(*, in_all: bool) -> list[tuple[str, Column]]:
-    """Make the columns of quantities from their rows: those of all answers, or the others."""
+    """Make the columns of the quantities that all answers have, or of the others."""
     some = [row for row in QUANTITIES if (row.name in Measured.__annotations__) == in_all]
     rows = sorted(some, key=lambda row: row.legend)
     return [_column(row.name, "" if row.unit == RATIO else row.unit, row.meaning, row.title) for row in rows]

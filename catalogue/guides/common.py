@@ -1,4 +1,4 @@
-"""What all guides do alike: their code, their measurement, their views in a notebook."""
+"""Methods common to all guides: code, measurement, views in a notebook."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Kinds of guides, told by what they have: importing no class that a guide is not of."""
+"""Tell kinds of guides apart by their attributes, without importing their classes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mechanisms of many bars of the user."""
+"""Mechanisms of many bars that a user brings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ class Grid:
     positions : int
         Number of positions of a stretch at which size and transmission angle are measured.
     least : float
-        Smallest extent of a joint's path to which its errors are relative [size of the chain].
+        Lower bound of the extent of a joint's path to which its errors are relative [size of the
+        chain].
     beside : float
         Distance in phase from an end of a piece at which directions are known to half the digits
         [rad].
@@ -103,7 +104,7 @@ class OwnChain(CommonVerbs):
 
     @classmethod
     def of(cls, given: Mapping[str, Any], *, name: str = "", unit: str | None = None) -> OwnChain:
-        """Make a mechanism of plain data; see `catalogue.mechanism`.
+        """Make a mechanism from plain data; see `catalogue.mechanism`.
 
         Parameters
         ----------
@@ -302,7 +303,7 @@ class OwnChain(CommonVerbs):
 
     @property
     def drawn(self) -> tuple[float, float, float]:
-        """Phases at the start of the path to draw, of the pose, and at the end."""
+        """Phases of the path to draw: at its start, in the given pose, and at its end."""
         low, high = self.range
         return low, float(self.circuit.phase[0]), high
 
@@ -381,7 +382,7 @@ class OwnChain(CommonVerbs):
 
 
 def mechanism(given: Mapping[str, Any] | CollectionCandidate, *, name: str = "", unit: str | None = None) -> OwnChain:
-    """Make a mechanism of many bars of plain data, to measure, move and draw.
+    """Make a mechanism of many bars from plain data, to measure, move and draw.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Guides from linkages of the user."""
+"""Guides from linkages that a user brings."""
 
 from __future__ import annotations
 

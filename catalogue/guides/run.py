@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class RunOptions(NamedTuple):
     """Accuracy of paths, and their extent."""
 
-    least: float = 1e-3  #: smallest extent of a path to which errors are relative [size of the linkage]
+    least: float = 1e-3  #: lower bound of the extent to which errors are relative [size of the linkage]
     near: float = 3.0  #: distance up to which a path to infinity is drawn [size of the linkage]
     part: float = 1e-3  #: error of a spline over the deviation: below the printed digits
     rounded: float = 1e-12  #: smallest error of a spline, by rounding [size of the linkage]
@@ -99,11 +99,11 @@ class Run:
         return place_points(self.samples, 0, min(SPLINE.error, max(RUN.part * deviation, RUN.rounded * size) / scale))
 
     def path(self, phases: Floats) -> Complexes:
-        """Compute the guided point at phases (m,)."""
+        """Compute positions of the guided point at phases (m,)."""
         return self.places(complex(*self.guide.guided), phases)
 
     def places(self, point: complex, phases: Floats) -> Complexes:
-        """Compute a coupler point, as it is in the given position, at phases (m,)."""
+        """Carry a coupler point from the given position to phases (m,)."""
         return self.circuit.pose(phases[:, None]).point(np.array([point]))[:, 0]
 
     def motion(self, phases: Floats, driver: int | None = None) -> GuideMotion:

@@ -38,7 +38,7 @@ def verb(name: str) -> Callable[..., Any]:
     Returns
     -------
     callable
-        Its first argument is the guide, or what a guide is made of.
+        Its first argument is the guide, or the data to make one from.
 
     Examples
     --------
