@@ -62,8 +62,9 @@ class AllowanceOptions(NamedTuple):
     #: probability is 1 %.
     rough_draws: int = 500
     draws: int = 4000  #: number of simulated machines for an answer: the error is 0.3 %
-    rough_drawn: int = 64  #: number of references evaluated for these machines in a search
-    #: Number of references evaluated for an answer: more change the probability by less than 0.1 %.
+    rough_drawn: int = 64  #: number of references evaluated on simulated machines in a search
+    #: Number of references evaluated on simulated machines for an answer: more change the
+    #: probability by less than 0.1 %.
     drawn: int = 512
     #: Least excess of the tolerance over the deviation [deviations]. Below it the allowance is
     #: proportional to the excess, and negative where there is none.
@@ -80,13 +81,14 @@ ALLOWANCE = AllowanceOptions()
 
 #: Solution x of exp(-x) (1 + x) = 5 per cent.
 TAIL = 4.743864518
-#: Dimension of the space of directions.
+#: Number of principal directions of the scatter that are evaluated: nearly all paths respond to at
+#: most four.
 DIMENSIONS = 4
 
 
 @dataclass(frozen=True)
 class _AtOnce:
-    """Numbers of references that are processed at once; measured on arcs of any radius."""
+    """Batch sizes of references, chosen by run times on arcs of any radius."""
 
     made: int = 16384  #: references whose derivatives are computed at once: they fill a core's cache
     #: References evaluated at once in all directions: few enough for the cache, and for BLAS to
@@ -237,9 +239,9 @@ class References(Rows):
 class Reach(Rows):
     """Distances of n guides from their tolerances along directions of the scatter."""
 
-    nearness: Floats  #: reciprocal distance from the tolerance, (n, 120) [1/length]
-    reference: Indices  #: number of the reference that reaches the tolerance first, (n, 120)
-    direction: Floats  #: (n, 120, 10), unit vectors
+    nearness: Floats  #: reciprocal distances from the tolerance, (n, 120) [1/length]
+    reference: Indices  #: index of the reference that reaches the tolerance first, (n, 120)
+    direction: Floats  #: directions as unit vectors, (n, 120, 10)
     margin: Floats  #: permitted growth of the weighted distance of that reference, (n, 120) [length]
 
     @classmethod
@@ -252,7 +254,7 @@ class Reach(Rows):
         axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]
         seen_ = found.across @ axes
         length, whole = np.linalg.norm(seen_, axis=-1), np.linalg.norm(found.across, axis=-1)
-        # a reference that responds in further directions counts with all of its scatter
+        # scale a reference that responds beyond these axes too to its full response
         with np.errstate(all="ignore"):
             seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
         half = _directions()
@@ -291,7 +293,7 @@ def _support(points: Floats, half: Floats) -> tuple[Floats, Indices]:
     ndarray, shape (n, 120)
         Largest scalar products.
     ndarray of int, shape (n, 120)
-        Numbers of the points that have them.
+        Indices of the points with these products.
     """
     n, count = len(points), len(half)
     farthest, which = np.full((n, 2 * count), -np.inf), np.zeros((n, 2 * count), int)
@@ -326,7 +328,8 @@ def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
 def drawn_deviation(found: References, asked: Floats, scatter: float, *, rough: bool) -> Floats:
     """Compute by simulation the deviations that paths keep with `PROBABILITY` at a scatter, (n,).
 
-    It is the inverse of `drawn_scatter`; nearby tolerances (n,) select the references that matter.
+    It is the inverse of `drawn_scatter`. `asked`, tolerances (n,) near the result, select the
+    references to evaluate.
     """
     found, moves = _simulated_sample(found, asked, rough=rough)
     deviation = np.empty(len(asked))
@@ -399,7 +402,7 @@ def expected_deviation(
         for i, found in in_parts(here, zone.free):
             deviation = here.deviation[i]
             if found.wide.any():
-                for _ in range(2):  # the second pass has the references that matter at the first result
+                for _ in range(2):  # the second pass selects references by the result of the first
                     asked[i] = drawn_deviation(found, asked[i], scatter, rough=rough)
                 continue
             for _ in range(ALLOWANCE.tolerance_steps):

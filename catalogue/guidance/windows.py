@@ -33,7 +33,7 @@ class WindowOptions(NamedTuple):
     #: Growth of the moves while a stroke is corrected along the best line, if the best trial is the
     #: farthest.
     farther: float = 2.0
-    wide: float = 1 / 6  #: largest move of these windows [windows]
+    wide: float = 1 / 6  #: largest shift of trial windows [windows]
     #: Largest number of secant steps to the end of a window: where its path turns by 84 degrees
     #: they converge slowly.
     steps: int = 8
@@ -49,7 +49,7 @@ class WindowOptions(NamedTuple):
     inside_limit: float = 1.03
     #: Distance inside its ends at which a path is tested for turning back [half windows].
     edge: float = 1e-5
-    together: int = 12  #: number of windows on few curves, of several strokes, that are searched for at once
+    together: int = 12  #: number of windows searched for at once: of several strokes where curves are few
     fullest: float = 1.95  #: chord over radius of the widest arc
 
 
@@ -64,9 +64,10 @@ class Moves(NamedTuple):
     rounds: int
 
 
+#: Trial windows of a thorough and of a quick search.
 THOROUGH = Moves(np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
 QUICK = Moves(np.array([0, -1, 1]) / 2, 1 / 2, 9)
-#: Moves while a stroke is corrected.
+#: Trial windows after a correction of strokes: one round.
 CORRECTING = Moves(np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
 #: Number of windows about each first one, and number of these followed: in a thorough, and in a
 #: quick search.
@@ -133,7 +134,7 @@ class Search:
         return cells_of(self.curves, stroke, which, self.circle, self.radius)
 
     def begun(self, cells: Cells, share: float = 0.0) -> Stretches:
-        """Return the windows that begin in cells, at a share of their pieces."""
+        """Return a window for each cell; it begins at a share, 0 to 1, of the piece of the cell."""
         shift = share * cells.piece
         extremes = reference(4 if self.circle and self.radius is None else 3, 4 * WINDOW.finer)
         extremes = np.broadcast_to(extremes, (len(shift), len(extremes)))

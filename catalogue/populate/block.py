@@ -87,9 +87,9 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
 def _traced(linkage: Linkage, found: Columns, names: Texts, wanted: int) -> tuple[Columns, Columns]:
     """Trace candidates in order until enough reach a level; return columns of guides and reaches.
 
-    The first batch is likely to suffice; further ones follow until enough candidates reach a level,
-    or the rest is not worth tracing. Some candidates of each configuration (`names`) and kind
-    without any level follow last. Linkages with slots are given as their inversions.
+    The first batch usually suffices; further ones follow until `wanted` candidates reach a level,
+    or the rest is not worth tracing. Finally some candidates are traced of each configuration
+    (`names`) and kind that has no guide yet. `linkage` holds the inversions of linkages with slots.
     """
     if not len(names):
         return concatenate([])

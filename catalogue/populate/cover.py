@@ -104,7 +104,7 @@ def order(designs: Designs, cells: Integers) -> Iterator[int]:
     best = best[np.append(True, np.diff(cells[best]) != 0)]
     first = iter(best[np.argsort(-designs.weight[best], kind="stable")].tolist())
     gap = np.ones(len(cells))
-    # exponential variables: the smallest ratio to the probability comes first
+    # exponential variables: the largest ratio of weight to variable is a draw by weight
     lot = np.random.default_rng(1895).exponential(size=len(cells))
     while True:
         i = next(first, -1)
@@ -132,7 +132,7 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
     It is the largest distance of a point, minimised over the orientation.
     """
     poses = equivalent_views(one[None], mirror=straight)
-    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # cosine of the point with the largest distance
+    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # of the largest distance, in the best orientation
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 

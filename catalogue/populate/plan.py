@@ -132,7 +132,10 @@ def outdated_batches(database: Database, codes: Sequence[str]) -> list[int]:
 
 
 def places(database: Database) -> defaultdict[Key, Counter[str]]:
-    """Count the stored guides in order of coverage, by series, member and kind."""
+    """Count the stored guides by series, member and kind.
+
+    The count is one more than the last place in their order of coverage.
+    """
     place = (Mechanism.series, Mechanism.member, Guide.kind)
     held = database.read(
         select(*place, (1 + func.max(Guide.cover)).label("places"))

@@ -181,12 +181,12 @@ class Starts:
         return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
 
     def _stored(self, count: int) -> CandidateBatch | None:
-        """Return stored starts; where a build replaces them meanwhile, return the new ones."""
+        """Return stored starts; read them again if a build has replaced them meanwhile."""
         for _ in range(MAX_READS - 1):
             try:
                 return self._shortlisted(count)
             except retrieve.ChangedError:
-                del self._ranked  # to be read again
+                del self._ranked  # read them again on the next use
         return self._shortlisted(count)
 
     def _shortlisted(self, count: int) -> CandidateBatch | None:
@@ -201,7 +201,10 @@ class Starts:
 
     @cached_property
     def _ranked(self) -> tuple[retrieve.Reaches, Floats, Floats]:
-        """Stored reaches, their merits, infinite if not eligible, and stretches, (n,) each."""
+        """Stored reaches, with their merits and stretches, (n,) each.
+
+        The merit of a reach that is not eligible is infinite.
+        """
         reaches = retrieve.stored_reaches(self.problem, self.database, self.effort)
         merit, stretch = retrieve.estimate(self.problem, reaches)
         merit = np.where(retrieve.eligible(self.problem, reaches), merit, np.inf)
