@@ -45,12 +45,12 @@ class ViolationWeights(NamedTuple):
 
 WEIGHTS = ViolationWeights()
 
-#: Largest size of an answer [strokes]: a much longer link stands for a slider, and rounding of its
-#: pivots exceeds the deviation of the guide. The first holds without `max_size`; it grows to at
-#: most the second where another requested length is more than a tenth of it.
+#: Largest sizes of an answer [strokes]: by default, and where other requested lengths or `max_size`
+#: are large (see `farthest`). A much longer link stands for a slider, and rounding of its pivots
+#: exceeds the deviation of the guide.
 FARTHEST = 100.0, 1e3
-#: Deviation over stroke of an exact guide, which is rounding. It is added to the ranked deviation,
-#: so that a smaller deviation still orders exact guides, but gains next to nothing.
+#: Deviation over stroke up to which a guide counts as exact: such deviations are rounding. Added to
+#: every ranked deviation, it leaves the order unchanged and makes a reduction below it worthless.
 EXACT_DEVIATION = 1e-12
 
 
@@ -130,7 +130,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 
 
 def fill_missing(row: Bound, value: Floats) -> Floats:
-    """Replace missing values of a measure by the one that costs assume."""
+    """Replace missing values of a measure by the value that costs assume."""
     return value if row.absent is None else np.nan_to_num(value, nan=row.absent)
 
 
@@ -199,7 +199,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
             amounts["min_allowance"] = over((bound - found.allowance) / bound)
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
-        if problem.is_wide:  # on one pivot both cranks turn as one body
+        if problem.is_wide:  # with coincident fixed pivots both cranks would turn as one body
             amounts["distance of the fixed pivots"] = over(LEAST_ARM - bounded(problem, found, BOUNDS["min_ground"]))
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
@@ -223,7 +223,11 @@ def excess(row: Bound, value: Floats, bound: float) -> Floats:
 
 
 def farthest(problem: Problem) -> float:
-    """Return the largest size of an answer, which replaces a missing `max_size` [strokes]."""
+    """Return the largest size of an answer, which replaces a missing `max_size` [strokes].
+
+    It is the first of `FARTHEST`, or ten times a longer requested length up to the second. With
+    `max_size` it is the second.
+    """
     wanted = problem.constraints
     if wanted.max_size is not None:
         return FARTHEST[1]
@@ -294,7 +298,7 @@ def region_places(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
 
 
 def _ends_within(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
-    """Return the ends (n, 2, 2) of rails and slots in a region, NaN of others."""
+    """Return the ends (n, 2, 2) of rails and slots bound to a region, else NaN."""
     return slides if 1 in PIVOT_REGIONS[name] else rails(linkage, slides)
 
 

@@ -240,9 +240,9 @@ class Quantities:
     # -- slides ----------------------------------------------------------------------------
     @cached_property
     def _slides(self) -> dict[int, list[Row]]:
-        """Possible ends of rails and slots in mid-stroke, by the number of the dyad.
+        """Points in mid-stroke that may end a rail or slot, by the number of its dyad.
 
-        They are places (n,) with derivatives (n, 10), complex; NaN where there is none.
+        Each is a position (n,) with its derivatives (n, 10), complex; NaN without rail or slot.
         """
         sliding = (self.linkage.dyads != RR).any(0)
         return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
@@ -418,9 +418,11 @@ class Quantities:
         return Pieces.of((np.where(where, value, np.nan), slope) for where, (value, slope) in cases)
 
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
-        """Return crank, frame, coupler, other crank, its offset, distance of the fixed pivots.
+        """Return the lengths that decide whether a crank turns fully.
 
-        The crank is the first one where a mask (n,) is True, else the second.
+        They are crank, frame, coupler, other crank, offset of the crank from the other slide, and
+        distance of the fixed pivots. The crank is the first one where a mask (n,) is True, else the
+        second.
         """
         z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
         crank, other = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])

@@ -40,8 +40,8 @@ class TrustRegion:
 
 
 TRUST = TrustRegion()
-#: Least and largest reduction of measures to aim for in a step, in between the trust radius: short
-#: steps are determined by the largest pieces alone [strokes, right angles, `PART`].
+#: Bounds of the reduction of measures at which a step aims; between them it is the trust radius.
+#: Shorter steps would follow the largest pieces alone [strokes, right angles, `PART`].
 TARGET_REDUCTION = (0.01, 0.5)
 
 #: Numbers of Newton steps of a round, before and after an update of the multipliers.
@@ -125,7 +125,7 @@ class Race:
         return found[np.flatnonzero(np.isfinite(found.deviation))]
 
     def _some(self, index: Indices) -> Race:
-        """Select linkages, and reset their multipliers, for better answers."""
+        """Select linkages and reset their multipliers, which leads to better answers."""
         here, best, dyads = self.here[index], self.best[index], self.here.machine.linkage.dyads
         if len(np.unique(dyads[index], axis=0)) < len(np.unique(dyads, axis=0)):
             # the remaining kinds of dyads may have fewer limits and measures

@@ -189,9 +189,9 @@ def _elastic_rows(
 def _add_error(
     problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
 ) -> tuple[Floats, Mapping[int, Floats]]:
-    """Return the terms of the current error in rows that increase with the largest error.
+    """Return the terms of the largest error in the rows that depend on it.
 
-    These are the increase of their right sides, (n, 1) or 0, and their coefficients in its column.
+    They are its current share of the right sides, (n, 1) or 0, and coefficients by column.
     """
     if name not in problem.by_error:
         return np.zeros((1, 1)), {}
@@ -221,7 +221,7 @@ def _assemble(blocks: Sequence[_Block], width: int) -> tuple[Floats, Floats]:
 def _dual_bound(
     scaling: _Scaling, programme: _Programme, multipliers: Floats, radius: Floats, at_rest: Floats
 ) -> Floats:
-    """Return the bounds that multipliers (n, k) prove, (n,), without those of the radius.
+    """Return the bounds (n,) that multipliers (n, k) prove; those of the radius are not used.
 
     See `certificate`.
     """
@@ -231,7 +231,8 @@ def _dual_bound(
     force = (proof[:, None] @ rows[..., :p])[:, 0]  # force on the scaled coordinates
     pulled = (force[:, None] @ (scaling.stretch[..., None] * scaling.turn))[:, 0]
     bound = at_rest + (proof * right).sum(1) + radius * np.abs(pulled).sum(1)
-    # unbalanced parts of the multipliers count fully: errors, measures and slacks are of order 1
+    # residual of stationarity for errors, measures and slacks: as these are of order 1, the bound
+    # grows with it
     unbalanced = np.abs(programme.cost[:, p:] + (proof[:, None] @ rows[..., p:])[:, 0]).sum(1)
     return np.where(unbalanced <= STEP.balanced, bound + 2 * unbalanced, np.nan)
 
