@@ -17,14 +17,14 @@ class Limits(NamedTuple):
 
     aim: float  # first correction at which step control aims
     refused: float  # largest first correction of an accepted step
-    first: float  # first step length, and its bounds
+    first: float  # length of the first step, then bounds of all steps
     longest: float
     shortest: float
     contraction: float  # largest ratio of the second correction to the first; above it another curve is near
     at_branch: float  # step length below which a change of orientation means a branch point
-    bow: float  # largest distance of a chord from the mean of the tangents at its ends [chords]
+    bow: float  # largest difference of a chord from the mean tangent at its ends [arc lengths]
     turn: float  # cosine of the largest rotation of the tangent in a step
-    last: float  # size of the last correction: the next one would be rounding
+    last: float  # correction at which the iteration stops: the next one would be rounding
     margin: float = -1.0  # slope of a stationary drive per cube of the angle of rotation; below 0: no test
 
 
@@ -169,7 +169,7 @@ class Traces(NamedTuple):
     def between(self, who: Array, value: Array) -> tuple[Array, Array, Array]:
         """Interpolate states (m, numbers) of curves `who` at values of growing drives.
 
-        Besides: the slopes of the drives, and the arc lengths between the neighbouring nodes.
+        Return also the slopes of the drives, and the arc lengths between the neighbouring nodes.
         """
         nodes = self.nodes
         span = 2 * max(
@@ -209,11 +209,10 @@ def around(angle: Any) -> Any:
 
 
 def rises(first: Any, last: Any, mean: Any, least: Any) -> Any:
-    """Return whether the cubic of a drive rises along a whole step; if not, dead points may be
-    inside.
+    """Tell whether the cubic of a drive rises along a whole step.
 
-    The cubic is given by its slopes at the ends and its mean slope; `least` is the smallest slope
-    of a rising drive.
+    If not, dead points may be inside. The cubic is given by its slopes at the ends and its mean
+    slope; `least` is the smallest slope of a rising drive.
     """
     linear, square = 6 * mean - 4 * first - 2 * last, 3 * (first + last - 2 * mean)
     dips = (square > 0) & (linear < 0) & (linear > -2 * square)

@@ -10,16 +10,16 @@ from ...kinematics.types import Array
 from . import elimination
 from .curve import Curve, around
 
-#: Size of the last Newton step: the next one would be rounding.
+#: Size of a Newton step at which the iteration stops: the next step would be rounding.
 LAST = 1e-8
 
 
 class Accuracy(NamedTuple):
     """Step sizes of Newton's method on poses [rad, units]."""
 
-    last: float  # size of the last step
+    last: float  # size of a step at which the iteration stops
     near: float | Array  # largest first step; a pose farther away is another assembly
-    enough: float  # largest last step of a solution
+    enough: float  # largest final step with which a pose still counts as a solution
 
 
 def newton_step(f: Array, j: Array, tangent: Array, signed: bool = False) -> tuple[Array, Array, Array]:

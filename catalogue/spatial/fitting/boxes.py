@@ -49,7 +49,7 @@ class Box(Stated):
 
 
 class Variables:
-    """Displacements of hard points, scaled to -1 to 1, by free coordinates of boxes.
+    """Variables of a fit, from -1 to 1: displacements of hard points within their boxes.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Variables:
         self.names, self.half, self.moves = tuple(names), np.array(half), np.array(moves)
 
     def _displacement_factors(self, box: Box, signs: Array) -> tuple[Array, str]:
-        """Return the factors (h, 3) of a box's displacement for all hard points, and its name."""
+        """Return factors (h, 3) of the displacement of a box by hard point, and its name."""
         wanted = names("Box.points", box.points)
         if not wanted:
             raise InvalidRequest(f"a Box is about hard points, by their names, not {quoted(box.points)}")
@@ -125,9 +125,9 @@ class Variables:
         return np.asarray(np.tensordot(u, self.moves, 1))
 
     def elements(self, u: Array, repeat: int = 1) -> list[Element]:
-        """Return the elements with points moved by u (n, k), each mechanism `repeat` times.
+        """Return the elements with hard points displaced by variables u (n, k).
 
-        Several mechanisms are one batch.
+        Each of the n mechanisms is repeated `repeat` times; several are one batch.
         """
         points, out = self.points + self.displacement(u), list(self.mechanism.elements)
         for h in sorted(self.at_home):
@@ -138,7 +138,7 @@ class Variables:
         return out
 
     def moved(self, u: Array) -> Mechanism:
-        """Return the mechanism, or the batch, with moved points."""
+        """Return the mechanism with points displaced by variables u (n, k); a batch for n > 1."""
         return Mechanism(self.elements(u), self.mechanism.unit)
 
     def in_system(self, system: System, displacement: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Scalars as functions of the pose: value as a series, and wrench."""
+"""Scalars as functions of the pose: their values as power series, and their wrenches."""
 
 # ruff: noqa: ARG002  (a scalar need not use every argument of its formulas)
 
@@ -20,7 +20,8 @@ class ScalarFunction:
     Attributes
     ----------
     bodies : tuple of int
-        The wrench acts on the second and, reversed, on the first.
+        Numbers of two bodies.  The wrench of the scalar, which holds its derivatives by the screw
+        of a body, acts on the second and, reversed, on the first.
     unit : float
         Unit of the value: the unit of length, or 1.
     angular : bool
@@ -45,7 +46,7 @@ class ScalarFunction:
         raise NotImplementedError
 
     def wrench(self, x: Array, d: Array) -> Array:
-        """Return the wrench (n, 6)."""
+        """Return the derivatives by the screw of the second body, (n, 6)."""
         raise NotImplementedError
 
 

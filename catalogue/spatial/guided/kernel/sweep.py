@@ -46,9 +46,9 @@ class Scales(NamedTuple):
 
     unit: Floats  # (n,)
     centre: Floats  # (n, 3)
-    ratio: Floats  # (n,): unit / diameter
+    ratio: Floats  # (n,): unit of length over the diameter of the body
     base: Floats  # (n, 3): base point of the body, as given
-    coordinates: Floats  # (n, p, 2): units of u and w
+    coordinates: Floats  # (n, p, 2): units of the surface coordinates u and w
     smooth: Mask  # (n, d): whether w is free in a chart other than the guide's
 
 
@@ -98,7 +98,7 @@ def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # no
             done, begin, leap = begin, ways.reached[i] - 1, True
             if ways.why[i] == DOUBTFUL and (
                 begin > done or end > done + 1
-            ):  # repeat, with its last node and the next one as corners
+            ):  # repeat from its last node, with this node and the next one as corners
                 ways.stop[i, begin], ways.stop[i, begin + 1], ways.why[i] = True, True, REACHED
             if ways.why[i] != REACHED:
                 break
@@ -107,14 +107,14 @@ def led(plan, b, ways, nodes, limits, accuracy, held, w, version=VERSION):  # no
 
 @inlined
 def taken(ways, i, j, w):
-    """Take the state at node j of a path."""
+    """Copy the state at node j of a path to the working state."""
     for r in range(ways.states.shape[2]):
         w.y[r] = ways.states[i, j, r]
 
 
 @inlined
 def stored(ways, i, j, w):
-    """Store the state at node j of a path."""
+    """Store the working state at node j of a path."""
     for r in range(ways.states.shape[2]):
         ways.states[i, j, r] = w.y[r]
 
@@ -296,8 +296,9 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w, vers
 
 @inlined
 def condition(w, ratio):
-    """Return the condition number of the Jacobian, lengths in diameters; see
-    `position.conditioning`.
+    """Return the condition number of the Jacobian, lengths in diameters of the body.
+
+    See `position.conditioning`.
     """
     m, a = len(w.rows), w.inverse
     one, other = 0.0, 0.0
