@@ -98,14 +98,15 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
     square = np.where((square < 0) & (square > -rounded), 0.0, square)
     large = 0.5 * (b + np.copysign(np.sqrt(square), b))
     small = np.where(large != 0, product / large, 0.0)
-    # first pair: (-k/y, y); second pair, whose y may vanish with k k*: scaled by y and divided by
-    # the factor they share
+    # the first pair (-k/y, y) is at the larger root y; the smaller root may vanish with k k*: its
+    # pair, times y in homogeneous coordinates, is divided by the common factor
     tie = y[:, 0] * y[:, 1] * large  # = k k*/small
     one, two = [], []
     for mine, other in ((k, k_star), (k_star, k)):
         one.append(np.stack([-mine, large * large, large], axis=-1))
         usual = np.stack([-mine, small * small, small], axis=-1)
-        infinite = np.where((tie == 0) & (other == 0), 1.0, -tie)  # equal cranks of opposite sense, k or k* zero (Watt)
+        # equal cranks of opposite sense (Watt): k or k* is 0, the point at infinity on the rays
+        infinite = np.where((tie == 0) & (other == 0), 1.0, -tie)
         limit = np.stack([infinite, small * other, other], axis=-1)
         much_smaller = np.abs(small) <= PARALLEL_ROUNDING.root * np.abs(large)
         vanishing = much_smaller & (np.abs(y[:, 0] * y[:, 1]) > 0)

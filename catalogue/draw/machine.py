@@ -94,7 +94,19 @@ class Wheel(NamedTuple):
 
 
 class Label(NamedTuple):
-    """Name of a joint: of its SVG element, plain, in matplotlib's notation; whether it is fixed."""
+    """Name of a joint in its three notations.
+
+    Attributes
+    ----------
+    name : str
+        Name of its SVG element.
+    text : str
+        Plain text.
+    math : str
+        Text in matplotlib's notation.
+    is_fixed : bool
+        Whether the joint is a fixed pivot.
+    """
 
     name: str
     text: str
@@ -157,7 +169,7 @@ class Bearing(NamedTuple):
 
 
 class Rail(NamedTuple):
-    """The support of a slider: ends of its travel (2,) [length], unit normal away from it."""
+    """The support of a slider: ends of its travel (2,) [length], and unit normal off the slider."""
 
     name: str
     ends: Complexes

@@ -21,8 +21,8 @@ Layers:
     tool
 
 Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its
-pose.  The header names the unit; that of a guide without one is taken as millimetres, as the custom
-property ``UNIT`` then says.
+pose.  The header names the unit.  Lengths of unknown unit are written as millimetres, and the
+custom property ``UNIT`` says so.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ if TYPE_CHECKING:
     from ..guides.kinds import Guide
     from .formats import Options
 
-#: Codes of units in the header (`$INSUNITS`), and the metric ones.
+#: Codes of units in the header (`$INSUNITS`), then the metric units.
 UNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
 METRIC = ("mm", "cm", "m")
 #: Layers with their colours (AutoCAD's numbers; 7 is black or white).
 LAYERS = {"FRAME": 8, "LINKS": 5, "PIVOTS": 1, "PATH": 30, "DIMENSIONS": 3, "NAMES": 7, "CUT": 2}
-#: Digits of the longest length in dimensions.
+#: Significant digits of a dimension as long as the linkage; the decimals of all follow from it.
 DIGITS = 6
 
 

@@ -134,7 +134,7 @@ class NamedGuide:
         if not np.isfinite(at.rho0[0]):
             scale = along.conjugate()
             height = ((self.linkage.points[0, 0, 1] - origin) * scale).imag
-            scale /= height  # an axis below becomes one above by a half turn
+            scale /= height  # a negative height turns the linkage by a half turn
         shift = -scale * origin
         centre = complex(*self.centre) if self.centre else complex(np.nan, np.nan)
         point, centre = (scale * z + shift for z in (complex(*self.guided), centre))
