@@ -3,7 +3,8 @@
 That is, s, kappa and kappa* are other than zero.  With a = S/R, b = S/R* and the tangents t of
 their rays, all four principal pairs have t1 + t2 + t3 + t4 = a + b and t1 t2 t3 t4 = a b; the
 undulation point stands on the ray t = -a, the cuspidation point on t = -b.  Inversion turns (a, b)
-into (b, a) up to a mirror image and leaves the tangents; the series is its own inverse.
+into (b, a) up to a mirror image and leaves the tangents; the series is its own inverse.  e1 is the
+sum of the four tangents, e3 that of their products in threes.
 """
 
 from collections.abc import Callable, Iterator
@@ -125,20 +126,23 @@ def pseudo_undulation_slide(p: Parameters) -> Parameters:
 
 
 def fifth_order(p: Parameters) -> Parameters:
-    """Solve phi1 + ... + phi4 = 0, or e1 = e3 (not in Allievi), for kappa and S."""
+    """Solve the condition of order 5, phi1 + ... + phi4 = 0 or e1 = e3, for kappa and S.
+
+    It is not in Allievi.
+    """
     both, product = p["phi1"] + p["phi2"], np.tan(p["phi1"]) * np.tan(p["phi2"])
     kappa = 0.5 * (np.sin(both) / np.cos(p["chi"]) - 1)
     return {"kappa": kappa, "s": (np.sin(p["chi"]) - np.cos(both)) / (2 * product * np.cos(p["chi"]))}
 
 
 def fifth_order_slide(p: Parameters) -> Parameters:
-    """Solve e1 = e3 with a slide: b = -t2, a = t1 t2 cot(2 phi1 + phi2)."""
+    """Solve the condition of order 5 with a slide: b = -t2, a = t1 t2 cot(2 phi1 + phi2)."""
     t2 = np.tan(p["phi2"])
     return cubics(np.tan(p["phi1"]) * t2 / np.tan(2 * p["phi1"] + p["phi2"]), -t2)
 
 
 def fifth_order_both(p: Parameters) -> Parameters:
-    """Solve e1 = e3 with slider and slide: a b = 1."""
+    """Solve the condition of order 5 with slider and slide: a b = 1."""
     a = np.tan(p["alpha"])
     return {**cubics(a, 1 / a), "phi1": -p["alpha"], "phi2": np.arctan(-1 / a)}
 

@@ -24,16 +24,16 @@ from catalogue.plugin import Array
 class Lawson(NamedTuple):
     """Limits of Lawson's iteration."""
 
-    tight: float = 1e-3  #: gap between modulus and lower bound in the last frame
-    loose: float = 0.01  #: gap in the frames before the last one
+    tight: float = 1e-3  #: relative gap between largest modulus and lower bound in the last frame
+    loose: float = 0.01  #: relative gap in the frames before the last one
     steps: int = 400  #: largest number of steps
     #: Powers of the distance by which weights grow, in turn: the inverses are the Chebyshev points
     #: of 0.05 ... 1.1, so that slow parts of the error fall too (D. M. Young, J. Math. Phys. 32
     #: (1953) 243-255).  With the power 1 alone it takes four times as many steps.
     powers: tuple[float, ...] = (0.924, 2.277, 1.057, 4.908, 1.407, 14.73)
     least: float = 1e-15  #: least weight [sum of the weights]
-    line_frames: int = 3  #: number of successive frames of a line
-    circle_frames: int = 4  #: number of successive frames of a circle
+    line_frames: int = 3  #: number of frames fitted in turn to find a line
+    circle_frames: int = 4  #: number of frames fitted in turn to find a circle
 
 
 LAWSON = Lawson()
@@ -46,7 +46,7 @@ class Fit:
     Attributes
     ----------
     deviation : ndarray, shape (n,)
-        Largest distance of the path.
+        Largest distance of the path from its line or circle.
     bound : ndarray, shape (n,)
         Lower bound, to first order, of the largest distance from any line or circle nearby.
     stroke : ndarray, shape (n,)
@@ -142,7 +142,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
 
 
 def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
-    """Find the best approximations by a basis: minimise the largest modulus of two errors.
+    """Fit values by a basis with the least maximum of the modulus of two errors.
 
     Parameters
     ----------
@@ -213,8 +213,8 @@ def _cylindrical_coordinates(
 ) -> tuple[Array, Array, Array, Array, Array]:
     """Compute cylindrical coordinates of paths about an axis.
 
-    Return the distance from the axis, height, cosine and sine of the angle from the middle, and the
-    axes (n, 2, 3).
+    Return the distance from the axis, the height, the cosine and sine of the angle from the
+    direction to `middle`, and the unit vectors (n, 2, 3) of the plane of this angle.
     """
     out = middle - centre
     e = unit(out - (out * normal).sum(1, keepdims=True) * normal)
