@@ -49,8 +49,8 @@ STARTS = 8
 #: Rounds of refinement of each relaxation.
 ROUNDS = 6
 #: Margins by which a bound is relaxed beyond the point found, so that a search finds it again. The
-#: first margin that gives an answer is offered; after a first offer only the wider one is tried.
-BOUND_MARGINS = (0.1, 0.2)
+#: first margin that gives an answer is offered; after a first offer the narrowest is left out.
+BOUND_MARGINS = (0.01, 0.05, 0.2)
 #: Relaxation above which a smaller one is tried [e-folds of the deviation, strokes, radians,
 #: fraction of a bound].
 LARGE_RELAXATION = 0.2
@@ -236,7 +236,7 @@ class Explanation:
             for least, names, source in trials:
                 if len(names) != count or (least > ABSURD_RELAXATION) != absurd or names in offered:
                     continue
-                if best := self._best(*source, names, BOUND_MARGINS[-1:] if offered else BOUND_MARGINS):
+                if best := self._best(*source, names, BOUND_MARGINS[1:] if offered else BOUND_MARGINS):
                     offered[names] = best
             if offered:
                 return [*offered.values()]
