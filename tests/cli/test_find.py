@@ -390,8 +390,10 @@ def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small
 @pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_dwells_in_every_format(run: Run, small_db: Path, small: Catalogue) -> None:
-    wish = ("find", "dwell", "--angle", 40, "--residual", 1, "--swing", 20, "--limit", 3, "--db", small_db)
-    same = small.find_dwells(StandStill(40, 1, 20), limit=3)
+    size = ("--crank-length", "40mm", "--max-size", "20cm")
+    wish = ("find", "dwell", "--angle", 40, "--residual", 1, "--swing", 20, *size, "--limit", 3, "--db", small_db)
+    same = small.find_dwells(StandStill(40, 1, 20, 40, "mm"), max_size=200, limit=3)
+    assert all(d.size <= 200 for d in same)
     assert uncoded(run(*wish, "--format", "json").out) == json.loads(same.to_json())
     rows = list(csv.DictReader(io.StringIO(run(*wish, "--format", "csv").out)))
     assert [float(r["angle"]) for r in rows] == [d.angle for d in same]
