@@ -5,7 +5,9 @@ from __future__ import annotations
 import doctest
 import inspect
 from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
 import pytest
@@ -37,6 +39,23 @@ WITHOUT = {"ConstraintArguments"} | {
     one.__name__ for one in PUBLIC if inspect.isclass(one) and issubclass(one, Exception)
 }
 SHOWN = [one for thing in PUBLIC for one in examples(thing)]
+#: Rooms whose examples need neither a database nor files.
+ROOMS = ("chains", "curvature_theory", "guidance", "kinematics", "plugin", "problem", "series")
+
+
+def of_room(room: str) -> Iterator[doctest.DocTest]:
+    """Yield the examples of all modules of a room."""
+    package = import_module(f"catalogue.{room}")
+    for found in walk_packages(package.__path__, f"{package.__name__}."):
+        module = import_module(found.name)
+        yield from (one for one in doctest.DocTestFinder().find(module) if one.examples)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_examples_of_a_room_print_what_they_show(room: str) -> None:
+    for example in of_room(room):
+        runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
+        assert not runner.run(example).failed, example.name
 
 
 @pytest.mark.slow

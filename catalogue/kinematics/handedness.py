@@ -30,7 +30,7 @@ def left_handed(circuits: Circuits, point: Complexes) -> Mask:
     >>> pivots = np.array([[[0.0, 0], [0, 1]], [[3, 0], [3.5, 2]]])
     >>> found = circuits(Linkage([pivots, pivots * [1, -1]]))
     >>> left_handed(found, np.array([1 + 2j, 1 - 2j])[found.of]).tolist()
-    [True, False, False, True]
+    [False, True, True, False]
     """
     crank, swing = circuits.lead != COUPLER, circuits.kind == SWING
     two = crank & (circuits.kind == TURN) & (circuits.period < 3 * np.pi)
