@@ -40,7 +40,7 @@ WITHOUT = {"ConstraintArguments"} | {
 }
 SHOWN = [one for thing in PUBLIC for one in examples(thing)]
 #: Rooms whose examples need neither a database nor files.
-ROOMS = ("chains", "curvature_theory", "guidance", "kinematics", "plugin", "problem", "series")
+ROOMS = ("chains", "curvature_theory", "kinematics", "problem", "series")
 
 
 def of_room(room: str) -> Iterator[doctest.DocTest]:
