@@ -108,6 +108,18 @@ def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indice
     return order[kept]
 
 
+def unlike_rows(values: Floats, alike: float) -> Indices:
+    """Select the rows (n, d), the best first, that differ from all selected before them.
+
+    Rows are alike if no number differs by more than `alike`.
+    """
+    kept: list[int] = []
+    for i in range(len(values)):
+        if not kept or (np.abs(values[i] - values[kept]).max(1) > alike).all():
+            kept.append(i)
+    return np.array(kept, int)
+
+
 def fronts(values: Floats) -> Integers:
     """Return the Pareto front of each row of criteria (n, k), less is better; from 1, (n,).
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..candidates.select import ranks
+from ..candidates.select import ranks, unlike_rows
 from ..candidates.stored import canonical
 from ..errors import InvalidRequest, quoted
 from ..given import whole
@@ -179,7 +179,7 @@ def _found(arcs: Arcs | None, request: StandStill, constraints: Constraints, lim
     every = [_dwelling(rows, found, path, final, least, i) for i in range(len(kept))]
     good = (least >= max(constraints.min_transmission, 1e-9)) & (np.array([one.size for one in every]) <= size)
     best = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
-    chosen = _few_of_each(_unlike(found, best), rows["series"], limit)
+    chosen = _few_of_each(best[unlike_rows(found.shape()[best], SEARCH.alike)], rows["series"], limit)
     told = f"{count} arcs were tried, {len(order)} dwells refined over the full turn, {good.sum()} serve"
     if not len(chosen):
         told = f"no dwell found: of {count} arcs the longest dwell is {np.nan_to_num(final.angle).max():.4g} degrees"
@@ -210,16 +210,6 @@ def _refined(
     run = Refinement.started(model, model.measured(start)).run(SEARCH.first)
     some = kept(np.argsort(run.merit, kind="stable"))
     return run[some].run(SEARCH.rounds).best.dwell, some
-
-
-def _unlike(found: DwellLinkages, order: Indices) -> Indices:
-    """Select the dwells of an order that are unlike all before them, mirror images being alike."""
-    shape = found.shape()
-    kept: list[int] = []
-    for i in order.tolist():
-        if not kept or (np.abs(shape[i] - shape[kept]).max(1) > SEARCH.alike).all():
-            kept.append(i)
-    return np.array(kept, int)
 
 
 def _turning(database: Database, constraints: Constraints, effort: int) -> Arcs | None:

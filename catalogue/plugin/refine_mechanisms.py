@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..candidates.feasibility import EXACT_DEVIATION, weight
+from ..candidates.select import unlike_rows
 from ..chains.chain import Chain
 from ..chains.circuits import followed_circuits
 from ..chains.poses import Poses, poses
@@ -24,7 +25,8 @@ from ..collections.goal import Goal
 from ..guidance.circuit_curve import runs_forward
 from ..guidance.minimum_zone import Fit, concentric, grid, minimum_zone, rise_over
 from ..kinematics.batch import Rows, put
-from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+from ..kinematics.plane_vectors import extreme_pairs
+from ..kinematics.types import Complexes, Floats, Indices, Mask
 from ..problem.path import PathRequest
 from ..refine.model import Judged
 from ..refine.quantities import NONE, Pieces
@@ -172,7 +174,7 @@ class ChainModel:
         here = guides.chains
         found, _ = self._poses(here)  # all of them close, as measured
         error, jacobian = at_peaks(*self.errors(guides), REFINE.intervals)
-        unit, picked, (n, p) = self._unit(here), _Picked.of(found), here.values.shape
+        unit, picked, (n, p) = self._unit(here), extreme_pairs(found.places, REFINE.directions), here.values.shape
         value = self._rows(found, picked)
         slope = {name: np.zeros((*rows.shape, jacobian.shape[2])) for name, rows in value.items()}
         each, coordinate = np.repeat(np.arange(n), p + 2), np.tile(np.arange(p + 2), n)
@@ -180,7 +182,7 @@ class ChainModel:
         many = here[each]
         there, closed = self._poses(replace(many, values=many.values + shift[:, :p], drive=many.drive + shift[:, p:]))
         each, coordinate = each[closed], coordinate[closed]
-        for name, after in self._rows(there, picked[each]).items():
+        for name, after in self._rows(there, picked[..., each]).items():
             change = (after - value[name][each]) / REFINE.step
             slope[name][each, :, coordinate] = np.where(np.isfinite(change), change, 0.0)
         pieces = {name: Pieces(rows, slope[name]) for name, rows in value.items()}
@@ -287,7 +289,7 @@ class ChainModel:
         """Return a ranked measure, less is better."""
         return (-1.0 if MEASURES[name].more else 1.0) * _unit_of(name) * guides.measures[name]
 
-    def _rows(self, found: Poses, picked: _Picked) -> dict[str, Floats]:
+    def _rows(self, found: Poses, picked: Indices) -> dict[str, Floats]:
         """Return limits and ranked measures in pieces (n, k), less is better."""
         scale, rows = self._scale(found), {}
         for name, sign, bound in self._limits:
@@ -300,14 +302,14 @@ class ChainModel:
             rows[REGIONS] = self._outside(found)[:, None]
         return rows
 
-    def _pieces(self, name: str, found: Poses, picked: _Picked, scale: Floats) -> Floats:
+    def _pieces(self, name: str, found: Poses, picked: Indices, scale: Floats) -> Floats:
         """Return the pieces of a measure, (n, k)."""
         if name == STROKE:
             return (scale * np.abs(_chord(found.joint(self.family.guided))))[:, None]
         if name == "min_transmission":
             return found.transmission.T
         if name == "size":
-            one, other = (np.take_along_axis(found.places, ends, 0) for ends in picked.ends)
+            one, other = (np.take_along_axis(found.places, ends, 0) for ends in picked)
             return (scale * np.abs(one - other)).T
         return chain_measures(self.family, found, scale, [name])[name][:, None]
 
@@ -370,22 +372,6 @@ def _in_domain(chains: Chains, unit: Floats, width: int) -> Pieces:
     for k in range(p):
         slope[:, k, k], slope[:, p + k, k] = unit[:, k], -unit[:, k]
     return Pieces(np.maximum(value, NONE), slope)
-
-
-@dataclass(frozen=True)
-class _Picked:
-    """Pairs of places that are farthest apart in some direction, (2, k, n)."""
-
-    ends: Array
-
-    @classmethod
-    def of(cls, found: Poses) -> _Picked:
-        ways = np.exp(1j * np.pi * np.arange(REFINE.directions) / REFINE.directions)
-        along = [(found.places * way).real for way in ways]
-        return cls(np.array([[a.argmin(0) for a in along], [a.argmax(0) for a in along]]))
-
-    def __getitem__(self, index: Indices) -> _Picked:
-        return _Picked(self.ends[..., index])
 
 
 def _chord(z: Complexes) -> Complexes:
@@ -509,11 +495,7 @@ def _unlike(model: ChainModel, run: Refinement[MeasuredChains]) -> Indices:
     order = np.argsort(run.merit, kind="stable")
     order = order[np.isfinite(run.merit[order])]
     shape = model.shape(run.best[order].chains)
-    kept = list[int]()
-    for i in range(len(order)):
-        if not kept or (np.abs(shape[i] - shape[kept]).max(1) > REFINE.alike).all():
-            kept.append(i)
-    return np.asarray(order[np.array(kept, int)])
+    return np.asarray(order[unlike_rows(shape, REFINE.alike)])
 
 
 def _domain(family: ChainFamily, x: Floats) -> tuple[Floats, Floats]:

@@ -21,6 +21,7 @@ from ..guidance.sensitivity import COUNT, displaced
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import motion
+from ..kinematics.plane_vectors import extreme_pairs
 from ..kinematics.types import Complexes, Floats, Indices, Integers, Mask
 from .model import Judged
 from .quantities import Pieces
@@ -192,7 +193,7 @@ class DwellModel:
     def measured(self, dwell: DwellLinkages) -> MeasuredDwells:
         """Measure dwell mechanisms over the turn."""
         at = self.turned(dwell)
-        ends = _Ends.of(at.places).ends
+        ends = _ends(at.places)
         across = np.abs(np.subtract(*(np.take_along_axis(at.places, end, 1) for end in ends)))
         return MeasuredDwells(
             dwell,
@@ -254,19 +255,6 @@ class DwellModel:
 
 
 @dataclass(frozen=True)
-class _Ends:
-    """Pairs of places that are farthest apart in some direction, (2, n, d)."""
-
-    ends: Indices
-
-    @classmethod
-    def of(cls, places: Complexes) -> _Ends:
-        ways = np.exp(1j * np.pi * np.arange(DWELL.directions) / DWELL.directions)
-        along = [np.nan_to_num((places * way).real) for way in ways]
-        return cls(np.array([np.stack([a.argmin(1) for a in along], 1), np.stack([a.argmax(1) for a in along], 1)]))
-
-
-@dataclass(frozen=True)
 class _Read:
     """Rows of the limits and the ranked measure of n mechanisms, near one position of each.
 
@@ -295,7 +283,7 @@ class _Read:
         worst = np.concatenate([worst, np.full((n, 1), DWELL.steps)], axis=1)
         fine = at.resting @ grid(DWELL.intervals).fine.T
         middle = 0.5 * (fine.max(1) + fine.min(1))[:, None]
-        return cls(model, middle, worst, _Ends.of(at.places).ends)
+        return cls(model, middle, worst, _ends(at.places))
 
     def __getitem__(self, index: Indices) -> _Read:
         return replace(self, middle=self.middle[index], worst=self.worst[index], ends=self.ends[:, index])
@@ -312,6 +300,11 @@ class _Read:
             one, other = (np.take_along_axis(at.places, end, 1) for end in self.ends)
             rows["size"] = np.abs(one - other) / (crank[:, None] * model.size) - 1 + DWELL.inside
         return rows
+
+
+def _ends(places: Complexes) -> Indices:
+    """Return the numbers of pairs of places (n, q) that are far apart, (2, n, d)."""
+    return np.swapaxes(extreme_pairs(places.T, DWELL.directions), 1, 2)
 
 
 def _peaks(angle: Floats) -> Floats:
